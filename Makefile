@@ -1,0 +1,73 @@
+# Every command a person types. `make` alone lists them.
+#
+# Each recipe finds or makes the Python environment that it needs: see grader/environment.sh.
+# Paths here are relative, and values travel by the environment, so that this works from any folder.
+
+.DEFAULT_GOAL := help
+.PHONY: help grade mrt try figures skeleton format lint test bench doctor wheelhouse print-flags clean
+
+SUBMISSION ?= core_c
+SRC ?= core_c
+BUILD ?= build
+PLATFORM ?= $(shell uname -s)
+
+# A variable given on make's command line is exported by make itself; these have a default.
+export SUBMISSION SRC BUILD PLATFORM
+export PYTEST_DISABLE_PLUGIN_AUTOLOAD := 1
+# make's own default compiler is not a choice of the person's.
+ifneq ($(origin CC),default)
+export CC
+endif
+
+# Sets $python in a recipe: $(call PYTHON_OF,LEVEL), a level of grader/requirements/.
+PYTHON_OF = python=$$(sh grader/environment.sh $(1))
+
+help: ## cette liste | this list
+	@awk -F ':.*## | [|] ' -v language="$${MRT_LANG:-fr}" \
+	    '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, language ~ /^en/ ? $$3 : $$2 }' Makefile
+
+grade: ## évalue votre code : TP=1, K=fill, SUBMISSION=dossier | grades your code: TP=1, K=fill, SUBMISSION=folder
+	@$(call PYTHON_OF,grade) && "$$python" -m grader grade "$$SUBMISSION" \
+	    $${TP:+--tp "$$TP"} $${K:+-k "$$K"} --build "$$BUILD"
+
+mrt: ## compile core_c/mrt : WIDTH=640 HEIGHT=360, SCENE_SIZE=, CC= | builds core_c/mrt: WIDTH=640 HEIGHT=360, SCENE_SIZE=, CC=
+	@sh grader/program.sh mrt
+
+try: ## compile et lance vos propres tests, core_c/my_tests.c | builds and runs your own tests, core_c/my_tests.c
+	@sh grader/program.sh try
+
+doctor: ## ce que cette machine sait faire, et comment compléter | what this machine has, and how to get the rest
+	@$(call PYTHON_OF,python) && "$$python" -m grader.doctor
+
+figures: ## les figures du sujet, dans build/figures/ | the handout's figures, in build/figures/
+	@$(call PYTHON_OF,lab) && "$$python" -m grader.dev.figures --build "$$BUILD"
+
+skeleton: ## refait les fichiers à compléter depuis reference/ | makes the files to complete from reference/
+	@$(call PYTHON_OF,grade) && "$$python" -m grader.dev.skeleton
+
+format: ## met le C et le Python en forme | lays out the C and the Python
+	@$(call PYTHON_OF,dev) && "$$python" -m ruff check --no-cache --fix-only . && "$$python" -m ruff format --no-cache . && \
+	    "$${python%/*}/clang-format" -i core_c/*.[ch] reference/*.[ch]
+
+lint: ## relit le C et le Python | checks the C and the Python
+	@$(call PYTHON_OF,dev) && set -ex && "$$python" -m ruff check --no-cache . && \
+	    "$$python" -m ruff format --no-cache --check . && \
+	    "$$python" -m mypy --cache-dir "$$BUILD/mypy" && \
+	    "$${python%/*}/clang-format" --dry-run -Werror core_c/*.[ch] reference/*.[ch] && \
+	    "$${python%/*}/clang-tidy" --quiet core_c/*.c reference/*.c -- -std=gnu11 -Icore_c
+
+test: lint ## tous les tests du projet | every test of the project
+	@$(call PYTHON_OF,dev) && set -x && "$$python" -m grader.dev.skeleton --check && "$$python" -m pytest
+
+bench: ## les mesures de performance | the benchmarks
+	@$(call PYTHON_OF,grade) && "$$python" -m grader.dev.bench --build "$$BUILD"
+
+wheelhouse: ## les paquets pour une salle sans réseau | the packages for a room without a network
+	@sh grader/environment.sh wheelhouse "$$BUILD/wheelhouse"
+
+clean: ## efface build/ et core_c/mrt | removes build/ and core_c/mrt
+	@rm -rf build core_c/mrt
+
+# For the tests of this file.
+print-flags:
+	@sh grader/program.sh flags

@@ -1,0 +1,1 @@
+"""Generators and benchmarks for those who maintain the workbook; never in a student's archive."""

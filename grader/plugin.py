@@ -1,0 +1,169 @@
+"""The pytest plugin that turns the tests of `checks/` into findings.
+
+pytest finds, selects and runs the tests; what became of each is read from its exception.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+from collections.abc import Generator
+
+import pytest
+
+from grader.judge import UNIT_LIMITS, Fatal, Student, Wrong
+from grader.manifest import PACKAGE, Manifest
+from grader.process import Died, Missing
+from grader.records import Cause, Death, Finding, Outcome, Verdict
+from grader.texts import sentences
+from grader.workshop import NotBuilt, Workshop
+
+CHECKS = PACKAGE / "checks"
+_STUDENT = pytest.StashKey[Student]()
+
+
+class SelectionError(Exception):
+    """The keyword cannot be read (`malformed`), or no check matches it."""
+
+    def __init__(self, malformed: bool) -> None:
+        super().__init__(malformed)
+        self.malformed = malformed
+
+
+class PytestError(Exception):
+    """pytest itself failed: the grader's fault."""
+
+
+def run_checks(workshop: Workshop, rules: Manifest, tp: int | None, keyword: str) -> list[Finding]:
+    """Run the checks of a TP (None: of all) whose names match pytest's keyword expression.
+
+    Raises SelectionError, PytestError.
+    """
+    # Neither a plugin that happens to be installed nor the project's own settings have a say here.
+    os.environ["PYTEST_DISABLE_PLUGIN_AUTOLOAD"] = "1"
+    plugin = GraderPlugin(workshop, rules, tp)
+    arguments = ["-c", os.devnull, "--rootdir", str(CHECKS), "--strict-markers", "-W", "ignore"]
+    arguments += ["-p", "no:terminal", "-p", "no:cacheprovider", "--import-mode=importlib"]
+    arguments += ["-k", keyword] if keyword else []
+    with contextlib.redirect_stderr(io.StringIO()) as said:
+        status = pytest.main([*arguments, str(CHECKS)], plugins=[plugin])
+    if status == pytest.ExitCode.USAGE_ERROR:
+        raise SelectionError(malformed=True)
+    if status == pytest.ExitCode.INTERRUPTED and not plugin.failure:
+        raise KeyboardInterrupt
+    if plugin.failure or status == pytest.ExitCode.INTERNAL_ERROR:
+        raise PytestError(plugin.failure or f"pytest ended with {status}: {said.getvalue()}")
+    if keyword and not plugin.findings:
+        raise SelectionError(malformed=False)
+    return plugin.findings
+
+
+class GraderPlugin:
+    """Hooks of one run."""
+
+    def __init__(self, workshop: Workshop, rules: Manifest, tp: int | None) -> None:
+        self.findings: list[Finding] = []
+        self.failure = ""
+        self._workshop, self._rules, self._tp = workshop, rules, tp
+
+    def pytest_configure(self, config: pytest.Config) -> None:
+        """Declare the marker that ties a test to its check."""
+        config.addinivalue_line("markers", "check(id): the check of exercises.toml that a test is")
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> Generator[None]:
+        """Keep what is asked for, and the twins without which it could earn nothing."""
+        everything = list(items)
+        yield
+        checks = self._rules.checks()
+        wanted = {_check_id(item) for item in items}
+        wanted |= {checks[each].twin for each in wanted}
+        items[:] = [
+            item
+            for item in everything
+            if _check_id(item) in wanted
+            and self._tp in (None, self._rules.exercise(checks[_check_id(item)].exercise).tp)
+        ]
+
+    @pytest.fixture
+    def student(self, request: pytest.FixtureRequest) -> Student:
+        """Return the submission under judgement, for one check."""
+        student = self._workshop.student()
+        request.node.stash[_STUDENT] = student
+        return student
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_makereport(
+        self, item: pytest.Item, call: pytest.CallInfo[None]
+    ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+        """Note what became of a test."""
+        report = yield
+        if call.when == "call" or (call.when == "setup" and call.excinfo is not None):
+            error = call.excinfo.value if call.excinfo else None
+            self.findings.append(_finding(item, error, call.duration))
+        return report
+
+    def pytest_collectreport(self, report: pytest.CollectReport) -> None:
+        """Note that a file of checks cannot be read."""
+        if report.failed:
+            self.failure = report.longreprtext
+
+    def pytest_internalerror(self, excrepr: object) -> None:
+        """Note that pytest has failed."""
+        self.failure = str(excrepr)
+
+
+def _check_id(item: pytest.Item) -> str:
+    marker = item.get_closest_marker("check")
+    if marker is None:
+        raise PytestError(f"{item.nodeid} has no check marker")
+    return str(marker.args[0])
+
+
+def _finding(item: pytest.Item, error: BaseException | None, seconds: float) -> Finding:
+    student = item.stash.get(_STUDENT, None)
+    outcome, verdict, location = _outcome(error)
+    document = getattr(getattr(item, "function", None), "__doc__", None) or item.name
+    return Finding(
+        check=_check_id(item),
+        title=document.strip().splitlines()[0],
+        outcome=outcome,
+        verdict=verdict,
+        location=location,
+        todo=student.todo if student else frozenset(),
+        seconds=seconds,
+    )
+
+
+def _outcome(error: BaseException | None) -> tuple[Outcome, Verdict | None, str]:
+    """Say what a check's exception means; whatever is not known is the grader's own fault."""
+    if error is None:
+        return Outcome.PASSED, None, ""
+    if isinstance(error, Wrong):
+        return Outcome.FAILED, error.verdict, ""
+    if isinstance(error, Fatal):
+        return _death(error.death, error.call)
+    if isinstance(error, Died):  # before any call: while loading
+        return _death(error.death, "")
+    if isinstance(error, Missing):
+        return Outcome.FAILED, Verdict("failure.missing", {"name": error.name}), ""
+    if isinstance(error, NotBuilt):
+        return Outcome.FAILED, Verdict("failure.not_built"), ""
+    detail = f"{type(error).__name__}: {error}".splitlines()[0][:300]
+    return Outcome.ERROR, Verdict("failure.error", {"detail": detail}), ""
+
+
+def _death(death: Death, call: str) -> tuple[Outcome, Verdict, str]:
+    values: dict[str, object] = {"call": call, "location": death.location, "code": death.code}
+    values |= {"seconds": f"{UNIT_LIMITS.cpu:g}", "detail": death.text.strip()[:300]}
+    if death.cause is not Cause.SIGNAL:
+        outcome = Outcome.TIMEOUT if death.cause is Cause.TIMEOUT else Outcome.CRASHED
+        return outcome, Verdict(f"death.{death.cause.value}", values), death.location
+    key = f"death.{death.word}"
+    if death.word.startswith("runtime error: "):
+        key = "death.runtime"
+    elif key not in sentences("fr"):
+        key = "death.other"
+    values["word"] = death.word.removeprefix("runtime error: ")
+    return Outcome.CRASHED, Verdict(key, values), death.location

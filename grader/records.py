@@ -1,0 +1,191 @@
+"""Records that pass between the stages of the grader: frozen, without any input or output."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+
+
+class Told(Exception):
+    """An error with a sentence for the person at the terminal, by its key in messages/."""
+
+    def __init__(self, key: str, **values: object) -> None:
+        super().__init__(f"{key}: {values}")
+        self.key = key
+        self.values = values
+
+
+class Outcome(str, Enum):
+    """What became of one check."""
+
+    PASSED = "passed"
+    FAILED = "failed"
+    TODO = "todo"  # not started: the exercise's marker was met and the answer is not right
+    CRASHED = "crashed"
+    TIMEOUT = "timeout"
+    BLOCKED = "blocked"  # cannot be judged until another exercise is done
+    ERROR = "error"  # the grader's or the machine's fault: never a zero
+
+
+class Cause(str, Enum):
+    """How the process that ran the student's code ended before it had answered."""
+
+    SIGNAL = "signal"
+    EXIT = "exit"  # the code called exit, or closed the grader's channel
+    TIMEOUT = "timeout"
+    LOAD = "load"  # the library cannot be loaded: a global is missing
+    STRAY_WRITE = "stray_write"  # a write just before a table, seen after the call
+
+
+class BuildStatus(str, Enum):
+    """Whether a submission became a library."""
+
+    BUILT = "built"
+    REJECTED = "rejected"  # the student's files do not compile
+
+
+@dataclass(frozen=True)
+class Target:
+    """One way of building: picture size in pixels, with or without sanitizers, further -D flags."""
+
+    width: int
+    height: int
+    sanitized: bool = False
+    defines: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One parameter of a C function: its name, its C type, and for a pointer what it points to."""
+
+    name: str
+    ctype: str
+    pointee: str = ""  # "" for a value
+
+
+@dataclass(frozen=True)
+class Function:
+    """A C function that the worker can call: under `symbol`, which may be a wrapper of the shim.
+
+    `result` is "" for void. With `boxed`, the symbol's first parameter points to the result.
+    Parameters listed in `by_address` are values in C that the wrapper takes by their address.
+    """
+
+    name: str
+    symbol: str
+    result: str
+    parameters: tuple[Parameter, ...]
+    boxed: bool = False
+    by_address: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Binding:
+    """What the headers declare, for one picture size; everything cffi and numpy need."""
+
+    cdef: str
+    functions: dict[str, Function]
+    variables: dict[str, str]  # name to C type
+    structs: dict[str, tuple[str, ...]]  # name to the names of its fields
+    constants: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class BuildResult:
+    """One build of one submission. `library` is "" unless the status is BUILT."""
+
+    status: BuildStatus
+    target: Target
+    library: str = ""
+    binding: Binding | None = None
+    preload: str = ""  # the sanitizers' runtime, to be loaded before everything else
+    log: str = ""  # the compiler's errors, with the student's own file names
+    warnings: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Death:
+    """Why a process that ran student code is gone.
+
+    `word` is a signal's name (SIGSEGV) or the sanitizer's word (heap-buffer-overflow);
+    `case` is the number, in the batch, of the call that was running; `location` is "file:line"
+    or "".
+    """
+
+    cause: Cause
+    word: str = ""
+    code: int = 0
+    case: int = 0
+    location: str = ""
+    text: str = ""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What is wrong: the sentence of `key` in messages/*.toml, with its values."""
+
+    key: str
+    values: dict[str, object] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What running one check gave, before the rules on markers and twins."""
+
+    check: str
+    title: str
+    outcome: Outcome
+    verdict: Verdict | None = None
+    location: str = ""
+    todo: frozenset[str] = frozenset()  # exercises whose MRT_TODO was met
+    seconds: float = 0.0
+
+
+@dataclass(frozen=True)
+class CheckResult:
+    """One check, judged; points in hundredths. Its sentences are in the language of the run."""
+
+    id: str
+    exercise: str
+    tp: int
+    function: str
+    title: str
+    outcome: Outcome
+    points: int
+    max_points: int
+    message: str = ""
+    hint: str = ""
+    note: str = ""
+    location: str = ""
+    seconds: float = 0.0
+
+
+@dataclass(frozen=True)
+class ExerciseResult:
+    """One exercise, the sum of its checks; points in hundredths."""
+
+    id: str
+    tp: int
+    function: str
+    file: str
+    title: str
+    bonus: bool
+    outcome: Outcome
+    points: int
+    max_points: int
+
+
+@dataclass(frozen=True)
+class Report:
+    """Everything that results.json says."""
+
+    submission: str
+    files: dict[str, str]  # name to sha256
+    language: str
+    isolation: str
+    builds: tuple[BuildResult, ...]
+    checks: tuple[CheckResult, ...]
+    exercises: tuple[ExerciseResult, ...]
+    notes: tuple[str, ...] = ()
+    unjudged: tuple[int, ...] = ()  # TPs that have no checks yet
+    partial: bool = False  # only some of the checks were asked for

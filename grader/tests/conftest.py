@@ -1,0 +1,55 @@
+"""What the tests of the grader share: a cache of builds, and small submissions made for a test."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from grader.runner import Core, open_core
+from grader.tests.student import STUDENT_MAIN, main_c
+
+ROOT = Path(__file__).resolve().parents[2]
+
+Write = Callable[..., Path]
+
+
+@pytest.fixture(scope="session")
+def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder of builds that all the tests share; its name is hard on every path."""
+    return tmp_path_factory.mktemp("été au labo")
+
+
+@pytest.fixture
+def submission(tmp_path: Path) -> Write:
+    """Return a function that writes a submission and returns its folder.
+
+    `submission(fill_red=CODE)` puts another body in a function of TP1; `files={...}` adds files, or
+    removes one whose content is None.
+    """
+
+    def write(files: dict[str, str | None] | None = None, **bodies: str) -> Path:
+        folder = tmp_path / "rendu"
+        folder.mkdir(exist_ok=True)
+        include = '#include "raytracer.h"\n'
+        content: dict[str, str | None] = {
+            "main.c": main_c({**STUDENT_MAIN, **bodies}),
+            "raytracer.h": '#include "exercises.h"\n',
+            "raytracer.c": include,
+            "octree.c": include,
+            **(files or {}),
+        }
+        for name, text in content.items():
+            if text is not None:
+                (folder / name).write_text(text, encoding="utf-8")
+        return folder
+
+    return write
+
+
+@pytest.fixture(scope="session", params=[False, True], ids=["plain", "sanitized"])
+def reference(request: pytest.FixtureRequest, cache: Path) -> Iterator[Core]:
+    """Return the reference solution at 96x64, in both builds."""
+    with open_core(ROOT / "reference", 96, 64, sanitized=request.param, cache=cache) as core:
+        yield core

@@ -1,0 +1,87 @@
+"""The flow goes one way: a later stage may import an earlier one, never the reverse."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+from grader.manifest import PACKAGE, ROOT
+
+# From the first stage to the last; a module may import what stands on a line before its own.
+STAGES = [
+    ["__init__"],
+    ["records"],
+    ["manifest"],
+    ["texts"],
+    ["worker", "worker.frames"],
+    ["worker.session"],
+    ["worker.__main__"],
+    ["toolchain", "bind"],
+    ["build", "dtypes", "process"],
+    ["runner", "shapes"],
+    ["judge"],
+    ["workshop", "checks", "checks.test_tp1"],
+    ["plugin", "grading"],
+    ["report"],
+    ["terminal"],
+    ["cli"],
+    ["__main__"],
+]
+# They stand beside the flow: the first two run before any package is there.
+APART = ["bilingual", "doctor", "environment", "install"]
+
+
+def modules() -> dict[str, Path]:
+    """Return the grader's modules, but for its tests and generators, by their names within it."""
+    found = {}
+    for path in PACKAGE.rglob("*.py"):
+        parts = path.relative_to(PACKAGE).with_suffix("").parts
+        if parts[0] not in ("tests", "dev"):
+            package = parts[-1] == "__init__" and len(parts) > 1
+            found[".".join(parts[:-1] if package else parts)] = path
+    return found
+
+
+def imported(path: Path) -> set[str]:
+    """Return the names of the grader's modules that a module imports."""
+    names: set[str] = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("grader"):
+            inside = (node.module or "").removeprefix("grader").lstrip(".")
+            candidates = {f"{inside}.{each.name}".lstrip(".") for each in node.names}
+            known = candidates & set(modules())
+            names |= known or {inside or "__init__"}
+        elif isinstance(node, ast.Import):
+            names |= {
+                each.name[7:] or "__init__" for each in node.names if each.name[:6] == "grader"
+            }
+    return names
+
+
+def test_every_module_has_its_stage() -> None:
+    """A new module must be given its place in the flow."""
+    assert set(modules()) == {name for stage in STAGES for name in stage} | set(APART)
+
+
+def test_no_stage_imports_a_later_one() -> None:
+    """Each import goes to a line above."""
+    rank = {name: number for number, stage in enumerate(STAGES) for name in stage}
+    rank |= dict.fromkeys(APART, len(STAGES))
+    for name, path in modules().items():
+        for other in imported(path):
+            if name not in APART:
+                assert rank[other] < rank[name], f"{name} imports {other}"
+
+
+def test_the_worker_needs_neither_numpy_nor_the_rest_of_the_grader() -> None:
+    """What stands beside a submission's code is small, and knows nothing that is expected of it."""
+    code = (
+        "import sys; import grader.worker.__main__;"
+        "print(*sorted(n for n in sys.modules if n.split('.')[0] in ('grader', 'numpy', 'pytest')))"
+    )
+    command = [sys.executable, "-c", code]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=60, check=True)
+    files = "grader grader.worker grader.worker.__main__ grader.worker.frames grader.worker.session"
+    assert done.stdout.split() == files.split()

@@ -1,0 +1,56 @@
+"""Sentences for the person at the terminal, by key, from messages/fr.toml or messages/en.toml."""
+
+from __future__ import annotations
+
+import os
+from functools import cache
+from typing import Any
+
+from grader.manifest import PACKAGE, read_toml
+
+LANGUAGES = ("fr", "en")
+FOLDER = PACKAGE / "messages"
+
+
+class Texts:
+    """The sentences of one language."""
+
+    def __init__(self, language: str) -> None:
+        self.language = language
+        self._sentences = sentences(language)
+
+    def say(self, key: str, **values: object) -> str:
+        """Return the sentence of a key such as "submission.no_folder", with its values.
+
+        Raises KeyError for an unknown key: a test holds keys and sentences together.
+        """
+        return self._sentences[key].format_map(values)
+
+    def get(self, key: str, default: str = "") -> str:
+        """Return the sentence of a key that may have none."""
+        return self._sentences.get(key, default)
+
+    def number(self, value: float) -> str:
+        """Return a number as it is written in the language, with as few decimals as it needs."""
+        text = f"{value:g}"
+        return text.replace(".", ",") if self.language == "fr" else text
+
+
+def preferred(asked: str = "") -> str:
+    """Return the language asked for, or that of MRT_LANG; French otherwise."""
+    name = (asked or os.environ.get("MRT_LANG", ""))[:2].lower()
+    return name if name in LANGUAGES else LANGUAGES[0]
+
+
+@cache
+def sentences(language: str) -> dict[str, str]:
+    """Return every sentence of a language by its dotted key. Raises ManifestError."""
+    return dict(_flat("", read_toml(FOLDER / f"{language}.toml")))
+
+
+def _flat(prefix: str, table: dict[str, Any]) -> list[tuple[str, str]]:
+    rows: list[tuple[str, str]] = []
+    for name, value in table.items():
+        key = f"{prefix}{name}"
+        rows += _flat(f"{key}.", value) if isinstance(value, dict) else [(key, value)]
+    return rows

@@ -1,0 +1,126 @@
+"""The C compiler: which one, with which flags on which system, and its sanitizers' runtime."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import shutil
+import subprocess
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from grader.records import Target, Told
+
+COMPILE_SECONDS = 30
+QUESTION_SECONDS = 20  # for a question such as --version
+
+
+class ToolchainError(Told):
+    """No usable compiler: the machine's fault."""
+
+
+@dataclass(frozen=True)
+class Compiler:
+    """A command such as ("gcc",), what it says of itself, and the platform (sys.platform)."""
+
+    command: tuple[str, ...]
+    version: str
+    platform: str = sys.platform
+
+    @property
+    def is_clang(self) -> bool:
+        """Whether it takes clang's flags rather than gcc's."""
+        return "clang" in self.version
+
+
+@cache
+def find_compiler(wanted: str = "") -> Compiler:
+    """Return the compiler that `wanted` or CC names, or the first of gcc, clang, cc.
+
+    Raises ToolchainError, with the cure, when there is none.
+    """
+    wanted = wanted or os.environ.get("CC", "")
+    for text in [wanted] if wanted else ["gcc", "clang", "cc"]:
+        command = tuple(shlex.split(text))
+        if command and shutil.which(command[0]):
+            return Compiler(command, ask(command, "--version"))
+    raise ToolchainError("machine.no_compiler", tried=wanted or "gcc, clang, cc")
+
+
+def ask(command: Sequence[str], question: str) -> str:
+    """Return what the compiler prints on stdout when asked; "" when it fails."""
+    try:
+        done = subprocess.run(
+            [*command, question],
+            capture_output=True,
+            text=True,
+            errors="replace",
+            timeout=QUESTION_SECONDS,
+            check=False,
+        )
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise ToolchainError("machine.compiler_fails", command=command[0], error=error) from error
+    return done.stdout.strip() if done.returncode == 0 else ""
+
+
+def compile_flags(compiler: Compiler, target: Target) -> list[str]:
+    """Return the flags that compile one file for a target; the same for student and reference."""
+    flags = ["-std=gnu11", "-g", "-fPIC", "-ffp-contract=off", "-Wall", "-Wextra"]
+    flags += ["-fno-color-diagnostics" if compiler.is_clang else "-fdiagnostics-color=never"]
+    flags += ["-ferror-limit=20"] if compiler.is_clang else ["-fmax-errors=20"]
+    if target.sanitized:
+        # -O1 keeps the line numbers of a report true, and is still quick.
+        flags += ["-O1", "-fno-omit-frame-pointer", *sanitize_flags()]
+    else:
+        flags += ["-O2"]
+    return flags + defines(target)
+
+
+def defines(target: Target) -> list[str]:
+    """Return the -D flags of a target."""
+    return [f"-DWIDTH={target.width}", f"-DHEIGHT={target.height}", *target.defines]
+
+
+def sanitize_flags() -> list[str]:
+    """Return the flags of AddressSanitizer and UBSan; the first wrong act ends the process."""
+    return ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+
+
+def link_flags(compiler: Compiler, target: Target) -> list[str]:
+    """Return the flags that make the library out of the objects."""
+    flags = sanitize_flags() if target.sanitized else []
+    if compiler.platform == "darwin":
+        # Two-level names already keep a library's own symbols apart; a missing function is found
+        # when called.
+        return [*flags, "-dynamiclib", "-undefined", "dynamic_lookup", "-lm"]
+    # -Bsymbolic: a student's global called `index` or `y1` must not bind to the interpreter's.
+    # lazy: a missing function fails when it is called, not when the library is loaded.
+    return [*flags, "-shared", "-Wl,-Bsymbolic", "-Wl,-z,lazy", "-lm"]
+
+
+def library_suffix(compiler: Compiler) -> str:
+    """Return what the name of a shared library ends with on the compiler's platform."""
+    return ".dylib" if compiler.platform == "darwin" else ".so"
+
+
+@cache
+def sanitizer_runtime(compiler: Compiler) -> str:
+    """Return the path of AddressSanitizer's runtime, to be preloaded; "" when there is none."""
+    for question in _runtime_questions(compiler):
+        answer = ask(compiler.command, f"-print-file-name={question}")
+        # The compiler answers with the bare name when it has no such file.
+        if Path(answer).is_absolute() and Path(answer).is_file():
+            return str(Path(answer).resolve())
+    return ""
+
+
+def _runtime_questions(compiler: Compiler) -> list[str]:
+    if compiler.platform == "darwin":
+        return ["libclang_rt.asan_osx_dynamic.dylib"]
+    if compiler.is_clang:
+        machine = os.uname().machine
+        return [f"libclang_rt.asan-{machine}.so", "libclang_rt.asan.so"]
+    return ["libasan.so"]

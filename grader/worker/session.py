@@ -1,0 +1,164 @@
+"""The child's side of a session: a loaded library, its functions and its variables."""
+
+from __future__ import annotations
+
+import mmap
+import struct
+from collections.abc import Callable
+from typing import Any
+
+from grader.worker.frames import COUNTER, TODO_BYTES
+
+GUARDED_BYTES = 4096  # tables of at least this size end at a guard page
+CANARY = 0xA5
+# Of the C library, to be declared beside the submission's functions.
+LIBC = """
+void *malloc(size_t size);
+void free(void *memory);
+int mprotect(void *start, size_t length, int protection);
+"""
+
+
+class Refused(Exception):
+    """A request that cannot be served; the text goes to the parent."""
+
+
+class StrayWrite(Exception):
+    """The code wrote before the beginning of a table."""
+
+
+class Table:
+    """Memory handed to the code: ends at a page that cannot be written, and starts after another.
+
+    With a sanitizer, plain malloc is better: every byte around it is watched.
+    """
+
+    def __init__(self, ffi: Any, libc: Any, content: bytes, ctype: Any, guarded: bool) -> None:
+        self._ffi, self._libc, self._size = ffi, libc, len(content)
+        self._map: mmap.mmap | None = None
+        if guarded and len(content) >= GUARDED_BYTES:
+            page = mmap.PAGESIZE
+            whole = (len(content) + page - 1) // page * page
+            self._map = mmap.mmap(-1, whole + 2 * page)
+            start = int(ffi.cast("uintptr_t", ffi.from_buffer(self._map)))
+            self._slack = whole - len(content)
+            self._map[page : page + self._slack] = bytes([CANARY]) * self._slack
+            libc.mprotect(ffi.cast("void *", start), page, 0)
+            libc.mprotect(ffi.cast("void *", start + page + whole), page, 0)
+            self.address = start + page + self._slack
+        else:
+            self.address = int(ffi.cast("uintptr_t", libc.malloc(max(len(content), 1))))
+            if self.address == 0:
+                raise MemoryError
+        self.passed = self.pointer(ctype)
+        ffi.memmove(self.passed, content, len(content))
+
+    def pointer(self, ctype: Any = "char *") -> Any:
+        """Return the address as a pointer of that type."""
+        return self._ffi.cast(ctype, self.address)
+
+    def content(self) -> bytes:
+        """Return the bytes. Raises StrayWrite when those just before have changed."""
+        if self._map is not None:
+            before = self._map[mmap.PAGESIZE : mmap.PAGESIZE + self._slack]
+            if before.count(CANARY) != self._slack:
+                raise StrayWrite
+        return bytes(self._ffi.buffer(self.pointer(), self._size))
+
+    def free(self) -> None:
+        """Give malloc's memory back; a mapping goes with the object."""
+        if self._map is None:
+            self._libc.free(self.pointer("void *"))
+
+
+class Session:
+    """The child's side of a session: one loaded library."""
+
+    def __init__(self, ffi: Any, path: str, page: mmap.mmap, guarded: bool) -> None:
+        self._ffi, self._page, self._guarded = ffi, page, guarded
+        self._libc = ffi.dlopen(None)
+        self._lib = ffi.dlopen(path, ffi.RTLD_LAZY)
+        self._buffers: list[Table] = []
+        self._todo = ffi.from_buffer("unsigned char[]", page)
+        self._lib.todo_page = self._todo
+
+    def call(self, head: dict[str, Any], payload: bytes) -> bytes:
+        """Call a function `count` times; return the results, then each "table" as it is afterwards.
+
+        `parameters` has a pair (kind, number of bytes) for each, and the payload their bytes, one
+        after another: "value": `count` values; "table": `count` pieces of equal size, each laid in
+        memory of its own whose address is passed; "address": `count` addresses, NULL being 0.
+        """
+        try:
+            function = getattr(self._lib, head["function"])
+        except AttributeError as error:
+            raise Refused(f"missing: {head['function']}") from error
+        ctype, count = self._ffi.typeof(function), head["count"]
+        columns = self._columns(head["parameters"], ctype.args, payload, count)
+        void = ctype.result.kind == "void"
+        results = None if void else self._ffi.new(f"{ctype.result.cname}[]", count)
+        after: list[list[bytes]] = [[] for _ in columns]
+        for k in range(count):
+            COUNTER.pack_into(self._page, TODO_BYTES, k)
+            arguments = [column(k) for column in columns]
+            value = function(*[getattr(each, "passed", each) for each in arguments])
+            if results is not None:
+                results[k] = value
+            for pieces, each in zip(after, arguments, strict=True):
+                if isinstance(each, Table):
+                    pieces.append(each.content())
+                    each.free()
+        data = b"" if results is None else bytes(self._ffi.buffer(results))
+        return data + b"".join(piece for pieces in after for piece in pieces)
+
+    def _columns(
+        self, parameters: list[tuple[str, int]], types: Any, payload: bytes, count: int
+    ) -> list[Callable[[int], Any]]:
+        """Return, for each parameter, the function that gives the argument of call number k."""
+        if len(parameters) != len(types):
+            raise Refused(f"{len(parameters)} arguments for {len(types)} parameters")
+        columns, offset = [], 0
+        for (kind, size), ctype in zip(parameters, types, strict=True):
+            content = payload[offset : offset + size]
+            columns.append(self._column(kind, ctype, content, count))
+            offset += size
+        return columns
+
+    def _column(self, kind: str, ctype: Any, content: bytes, count: int) -> Callable[[int], Any]:
+        if kind == "table":
+            size = len(content) // count
+            return lambda k: self._table(content[k * size : (k + 1) * size], ctype)
+        # A pointer travels as its bytes too, so "address" and "value" are read alike.
+        values = self._ffi.new(f"{ctype.cname}[]", count)
+        if self._ffi.sizeof(values) != len(content):
+            raise Refused(f"{len(content)} bytes for {count} values of {ctype.cname}")
+        self._ffi.memmove(values, content, len(content))
+        return lambda k: values[k]
+
+    def _table(self, content: bytes, ctype: Any) -> Table:
+        return Table(self._ffi, self._libc, content, ctype, self._guarded)
+
+    def get(self, head: dict[str, Any], payload: bytes) -> bytes:
+        """Return the first `size` bytes of a global variable; the parent knows its size."""
+        return bytes(self._ffi.buffer(self._variable(head), head["size"]))
+
+    def set(self, head: dict[str, Any], payload: bytes) -> bytes:
+        """Write the first bytes of a global variable."""
+        self._ffi.memmove(self._variable(head), payload, len(payload))
+        return b""
+
+    def _variable(self, head: dict[str, Any]) -> Any:
+        try:
+            pointer = self._ffi.addressof(self._lib, head["name"])
+        except AttributeError as error:
+            raise Refused(f"missing: {head['name']}") from error
+        return self._ffi.cast("char *", pointer)
+
+    def buffer(self, head: dict[str, Any], payload: bytes) -> bytes:
+        """Keep a copy of the payload until the session ends; return its address."""
+        self._buffers.append(self._table(payload, self._ffi.typeof("char *")))
+        return struct.pack("=Q", self._buffers[-1].address)
+
+    def peek(self, head: dict[str, Any], payload: bytes) -> bytes:
+        """Return bytes at an address, such as one that a function has returned."""
+        return bytes(self._ffi.buffer(self._ffi.cast("char *", head["address"]), head["size"]))
