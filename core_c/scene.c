@@ -321,59 +321,88 @@ static material transparent(float index) {
     return mat;
 }
 
-/* Cylinder and cone: standing, lying and leaning, so that sides, discs and apex are seen. */
+/* Seen from the handout's camera: a strong light on the right, a warm one on the left, a cold one at the back. */
+static void studio_lights(void) {
+    add_light(vector_init(-1.5f, 4.f, 5.f), grey(2.4f));
+    add_light(vector_init(6.f, 3.f, 2.5f), vector_init(1.3f, 1.1f, 0.85f));
+    add_light(vector_init(-3.f, 3.f, -5.f), vector_init(0.5f, 0.6f, 0.95f));
+}
+
+/* The floor y = -0.2 lies in the middle of a layer of cubes, never on the border between two. */
+static void checkered_floor(color kd, color kd2) {
+    add_object(init_plane(0.f, 1.f, 0.f, 0.2f, checkered(kd, kd2, vector_init(0.f, -0.45f, 0.f), 0.5f)));
+}
+
+/* Cylinder and cone: standing, lying, leaning and upside down, so that sides, discs and apex are seen. */
 static void scene_5(void) {
     const vec3 up = {0.f, 1.f, 0.f};
     handout_camera();
-    lights_of_scene_1();
-    add_object(init_cylinder(vector_init(0.f, -0.2f, 0.f), up, 0.9f, 0.25f, plastic(0.85f, 0.35f, 0.1f)));
-    add_object(init_cone(vector_init(1.f, -0.2f, 0.3f), up, 0.8f, 0.35f, plastic(0.1f, 0.45f, 0.8f)));
-    add_object(init_cylinder(vector_init(-0.55f, -0.04f, 1.1f), vector_init(1.f, 0.f, 0.45f), 0.7f, 0.16f,
-                             plastic(0.2f, 0.65f, 0.25f)));
-    add_object(init_cone(vector_init(-0.2f, 0.25f, 1.55f), vector_init(-1.f, 0.5f, -1.2f), 0.5f, 0.2f,
-                         plastic(0.8f, 0.7f, 0.1f)));
-    add_object(
-        init_cone(vector_init(-1.f, 0.9f, 0.f), vector_init(0.3f, -1.f, 0.1f), 0.8f, 0.3f, plastic(0.6f, 0.2f, 0.6f)));
-    add_object(init_sphere(0.f, 0.9f, 0.f, 0.2f, plastic(0.9f, 0.9f, 0.9f)));
+    studio_lights();
+    add_object(init_cylinder(vector_init(-0.1f, -0.3f, -0.4f), up, 0.95f, 0.3f, plastic(0.9f, 0.4f, 0.1f)));
+    add_object(init_cone(vector_init(-0.1f, 0.67f, -0.4f), up, 0.55f, 0.42f, plastic(0.8f, 0.12f, 0.1f)));
+    add_object(init_cone(vector_init(1.15f, -0.15f, 0.35f), up, 0.8f, 0.3f, plastic(0.15f, 0.5f, 0.9f)));
+    add_object(init_cylinder(vector_init(-0.75f, -0.03f, 1.1f), vector_init(1.f, 0.f, 0.55f), 0.7f, 0.16f,
+                             plastic(0.3f, 0.8f, 0.35f)));
+    add_object(init_cone(vector_init(-1.f, 0.8f, 0.3f), vector_init(-0.35f, -1.f, -0.5f), 0.8f, 0.3f,
+                         plastic(0.7f, 0.35f, 0.85f)));
+    add_object(init_cone(vector_init(0.8f, 0.f, 1.1f), vector_init(-0.95f, 0.04f, -0.3f), 0.5f, 0.19f,
+                         plastic(0.95f, 0.8f, 0.15f)));
     add_object(init_plane(0.f, 1.f, 0.f, 0.2f, plastic(0.6f, 0.7f, 0.7f)));
 }
 
-/* Checkerboard and image: a floor, a ball cut from a chequered block, and a globe. */
+/* Checkerboard and image: a floor, a ball and a drum cut from chequered blocks, and a globe. */
 static void scene_6(void) {
-    const point3 globe = {0.f, 0.35f, 0.f};
-    const color cream = {0.9f, 0.85f, 0.7f};
-    const color brown = {0.35f, 0.15f, 0.1f};
+    const point3 globe = {0.f, 0.36f, 0.f};
+    const point3 ball = {1.15f, 0.11f, 0.4f};
+    const point3 drum = {-0.25f, -0.19f, 1.25f};
     handout_camera();
-    lights_of_scene_1();
+    studio_lights();
     add_object(init_sphere(globe.x, globe.y, globe.z, 0.55f, textured(globe)));
-    add_object(init_sphere(1.1f, 0.1f, 0.3f, 0.3f, checkered(cream, brown, vector_init(1.1f, 0.1f, 0.3f), 0.15f)));
-    add_object(init_cylinder(vector_init(-0.2f, -0.2f, 1.3f), vector_init(0.f, 1.f, 0.f), 0.35f, 0.2f,
-                             checkered(vector_init(0.8f, 0.7f, 0.1f), vector_init(0.1f, 0.2f, 0.5f),
-                                       vector_init(-0.2f, -0.2f, 1.3f), 0.1f)));
-    /* The floor lies in the middle of a layer of cubes, never on the border between two. */
-    add_object(
-        init_plane(0.f, 1.f, 0.f, 0.2f, checkered(grey(0.8f), grey(0.15f), vector_init(0.f, -0.45f, 0.f), 0.5f)));
+    add_object(init_sphere(ball.x, ball.y, ball.z, 0.3f,
+                           checkered(vector_init(0.95f, 0.9f, 0.75f), vector_init(0.6f, 0.1f, 0.1f), ball, 0.14f)));
+    add_object(init_cylinder(drum, vector_init(0.f, 1.f, 0.f), 0.35f, 0.24f,
+                             checkered(vector_init(0.95f, 0.8f, 0.15f), vector_init(0.1f, 0.25f, 0.6f),
+                                       vector_init(-0.25f, -0.22f, 1.25f), 0.1f)));
+    checkered_floor(grey(0.85f), grey(0.12f));
 }
 
-/* Refraction: a ball of glass and a drop of water before coloured spheres, on a chequered floor. */
+/* Refraction: a ball of glass and one of water before coloured spheres, on a chequered floor. */
 static void scene_7(void) {
     handout_camera();
-    lights_of_scene_1();
-    add_object(init_sphere(0.55f, 0.2f, 0.9f, 0.4f, transparent(1.5f)));
-    add_object(init_sphere(-0.45f, 0.05f, 1.2f, 0.25f, transparent(1.33f)));
-    add_object(init_sphere(-0.5f, 0.2f, -0.6f, 0.4f, plastic(0.85f, 0.15f, 0.1f)));
-    add_object(init_sphere(0.6f, 0.1f, -0.9f, 0.3f, plastic(0.1f, 0.3f, 0.8f)));
-    add_object(init_sphere(-1.5f, 0.3f, 0.2f, 0.5f, plastic(0.9f, 0.7f, 0.1f)));
-    add_object(
-        init_plane(0.f, 1.f, 0.f, 0.2f, checkered(grey(0.8f), grey(0.15f), vector_init(0.f, -0.45f, 0.f), 0.5f)));
+    studio_lights();
+    add_object(init_sphere(0.8f, 0.25f, 1.f, 0.44f, transparent(1.5f)));
+    add_object(init_sphere(-0.35f, 0.06f, 1.55f, 0.25f, transparent(1.33f)));
+    add_object(init_sphere(-0.6f, 0.15f, -0.7f, 0.34f, plastic(0.9f, 0.12f, 0.08f)));
+    add_object(init_sphere(-0.6f, 0.72f, -0.7f, 0.22f, plastic(0.95f, 0.9f, 0.85f)));
+    add_object(init_sphere(-0.6f, 1.1f, -0.7f, 0.14f, plastic(0.3f, 0.8f, 0.35f)));
+    add_object(init_sphere(1.3f, 0.2f, -1.1f, 0.38f, plastic(0.1f, 0.45f, 0.95f)));
+    add_object(init_sphere(-1.9f, 0.25f, 0.3f, 0.44f, plastic(0.95f, 0.75f, 0.1f)));
+    checkered_floor(grey(0.85f), grey(0.12f));
 }
 
-/* Procedural spheres: 1 + 3 + 9 + ... of them, as in figure 9. */
+/* Direction of the k-th of count points spread evenly over a sphere, from top to bottom. */
+static vec3 spiral_direction(int k, int count) {
+    float y = 1.f - (2.f * (float)k + 1.f) / (float)count;
+    float turn = 2.3999632f * (float)k; /* the golden angle */
+    float across = sqrtf(1.f - y * y);
+    return vector_init(across * cosf(turn), y, across * sinf(turn));
+}
+
+/* A small planet of procedural spheres: bushes of 1 + 3 + 9 + 27 + 81 of them stand all over it. */
+static void add_planet(point3 center, float radius, int bushes) {
+    add_object(init_sphere(center.x, center.y, center.z, radius, plastic(0.85f, 0.8f, 0.65f)));
+    for (int k = 0; k < bushes; k++) {
+        vec3 dir = spiral_direction(k, bushes);
+        float trunk = radius * (k % 3 == 0 ? 0.17f : 0.1f);
+        populate_spheres(vector_add(center, vector_float_mul(radius + trunk, dir)), trunk, dir, 4);
+    }
+}
+
+/* Procedural spheres, as in figure 9, seen from near enough to tell their generations. */
 static void scene_8(void) {
-    look_from(vector_init(1.5f, 1.6f, 2.f), vector_init(0.f, 0.42f, 0.f), 50.f);
-    lights_of_scene_1();
-    populate_spheres(vector_init(0.f, 0.3f, 0.f), 0.5f, vector_init(0.f, 1.f, 0.f), 7);
-    add_object(init_plane(0.f, 1.f, 0.f, 0.2f, plastic(0.5f, 0.6f, 0.7f)));
+    look_from(vector_init(0.55f, 0.95f, 1.05f), vector_init(-0.02f, 0.17f, 0.f), 60.f);
+    studio_lights();
+    add_planet(vector_init(0.f, 0.f, 0.f), 0.5f, 100);
 }
 
 /* The sphere flake of 66,430 spheres, with a vertical field of view of 45 degrees at 16:9. */
@@ -391,20 +420,22 @@ static void scene_9(void) {
 /* A poster with everything. */
 static void scene_10(void) {
     const vec3 up = {0.f, 1.f, 0.f};
-    const point3 globe = {-1.05f, 0.45f, -0.6f};
-    look_from(vector_init(1.6f, 1.25f, 3.4f), vector_init(0.f, 0.32f, 0.f), 52.f);
-    add_light(vector_init(-3.f, 4.f, 4.f), grey(1.5f));
-    add_light(vector_init(4.f, 2.5f, 3.f), vector_init(0.9f, 0.7f, 0.5f));
-    add_light(vector_init(0.f, 3.f, -5.f), vector_init(0.3f, 0.4f, 0.7f));
-    populate_spheres(vector_init(0.55f, 0.2f, -0.5f), 0.4f, up, 6);
-    add_object(init_sphere(globe.x, globe.y, globe.z, 0.65f, textured(globe)));
-    add_object(init_sphere(0.35f, 0.1f, 1.1f, 0.3f, transparent(1.5f)));
-    add_object(init_cylinder(vector_init(-0.6f, -0.2f, 0.75f), up, 0.3f, 0.22f, plastic(0.8f, 0.3f, 0.1f)));
-    add_object(init_cone(vector_init(-0.6f, 0.1f, 0.75f), up, 0.4f, 0.22f, plastic(0.1f, 0.5f, 0.6f)));
-    add_object(init_sphere(1.35f, 0.02f, 0.7f, 0.22f,
-                           with_reflectance(init_material(grey(0.05f), vector_init(0.9f, 0.75f, 0.4f), 300.f), 0.8f)));
-    add_object(init_plane(0.f, 1.f, 0.f, 0.2f,
-                          checkered(grey(0.75f), vector_init(0.15f, 0.2f, 0.3f), vector_init(0.f, -0.45f, 0.f), 0.5f)));
+    const point3 globe = {-0.85f, 0.49f, -0.9f};
+    const point3 die = {0.5f, -0.02f, 1.15f};
+    look_from(vector_init(1.6f, 1.25f, 3.6f), vector_init(-0.02f, 0.25f, 0.f), 50.f);
+    studio_lights();
+    add_object(init_sphere(globe.x, globe.y, globe.z, 0.68f, textured(globe)));
+    add_planet(vector_init(0.75f, 0.5f, -0.45f), 0.36f, 60);
+    add_object(init_cylinder(vector_init(-0.95f, -0.3f, 0.45f), up, 0.6f, 0.19f, plastic(0.9f, 0.45f, 0.12f)));
+    add_object(init_cone(vector_init(-0.95f, 0.32f, 0.45f), up, 0.42f, 0.27f, plastic(0.1f, 0.5f, 0.75f)));
+    add_object(init_sphere(-0.08f, 0.12f, 0.8f, 0.31f, transparent(1.5f)));
+    add_object(
+        init_sphere(1.15f, 0.03f, 0.65f, 0.22f, init_material(grey(0.05f), vector_init(0.9f, 0.72f, 0.35f), 300.f)));
+    add_object(init_sphere(die.x, die.y, die.z, 0.17f,
+                           checkered(vector_init(0.95f, 0.9f, 0.75f), vector_init(0.6f, 0.1f, 0.1f), die, 0.08f)));
+    add_object(init_cylinder(vector_init(-0.95f, -0.07f, 1.15f), vector_init(1.f, 0.f, 0.55f), 0.4f, 0.12f,
+                             plastic(0.3f, 0.8f, 0.35f)));
+    checkered_floor(grey(0.85f), vector_init(0.12f, 0.17f, 0.3f));
 }
 
 bool setup_scene(int number) {

@@ -464,12 +464,11 @@ color glass_color(ray *in, const intersection *it) {
 }
 
 /* BEGIN SOLUTION TP5.B2 */
-/* A material by generation: from the trunk's warm brown to the tips' light green. */
+/* A material by generation, counted from the tips: each has its own colour. */
 static material fractal_material(int depth) {
-    float age = fminf((float)depth / 6.f, 1.f);
-    color young = vector_init(0.75f, 0.85f, 0.3f);
-    color old = vector_init(0.5f, 0.25f, 0.12f);
-    color kd = vector_add(vector_float_mul(1.f - age, young), vector_float_mul(age, old));
+    const color palette[6] = {{1.f, 0.9f, 0.35f},  {0.55f, 0.85f, 0.25f}, {0.1f, 0.7f, 0.6f},
+                              {0.15f, 0.4f, 0.9f}, {0.95f, 0.6f, 0.1f},   {0.85f, 0.15f, 0.15f}};
+    color kd = palette[depth > 0 ? depth % 6 : 0];
     material mat = init_material(kd, vector_init(0.3f, 0.3f, 0.3f), 60.f);
     mat.kr = vector_init(0.06f, 0.06f, 0.06f);
     return mat;

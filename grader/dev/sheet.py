@@ -1,0 +1,72 @@
+"""From colours to PNG files, and the contact sheet of many pictures."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+import numpy.typing as npt
+from PIL import Image, ImageDraw, ImageFont
+
+Bytes = npt.NDArray[np.uint8]
+
+# Pixels.
+COLUMNS, THUMB, GAP, LINE = 4, 480, 16, 22
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """A picture and its captions; pixels of shape (height, width, 3), the top row first."""
+
+    french: str
+    english: str
+    pixels: Bytes
+
+
+def to_pixels(image: npt.NDArray[Any], width: int, height: int) -> Bytes:
+    """Return an image as ./mrt writes it: clamped, truncated to bytes, the top row first.
+
+    Parameters
+    ----------
+    image : float32 array of shape (height * width, 3)
+        The bottom row first; 1 is full brightness.
+
+    Returns
+    -------
+    array of shape (height, width, 3)
+    """
+    levels = (np.clip(image, 0, 1) * np.float32(255)).astype(np.uint8)
+    return levels.reshape(height, width, 3)[::-1]
+
+
+def save(picture: Image.Image, path: Path) -> None:
+    """Write a PNG file whole or not at all."""
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.new")
+    try:
+        picture.save(temporary, format="png")
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def contact_sheet(drawn: Sequence[Drawn]) -> Image.Image:
+    """Return all the pictures side by side, each above its caption in French, then in English."""
+    height, width, _ = drawn[0].pixels.shape
+    thumb = THUMB, round(THUMB * height / width)
+    step = THUMB + GAP, thumb[1] + 2 * LINE + GAP
+    rows = -(-len(drawn) // COLUMNS)
+    sheet = Image.new("RGB", (COLUMNS * step[0] + GAP, rows * step[1] + GAP), "white")
+    pen = ImageDraw.Draw(sheet)
+    # Pillow's own font lacks the accents; matplotlib brings one that has them.
+    font = ImageFont.truetype(str(Path(matplotlib.get_data_path(), "fonts/ttf/DejaVuSans.ttf")), 15)
+    for k, each in enumerate(drawn):
+        x, y = GAP + k % COLUMNS * step[0], GAP + k // COLUMNS * step[1]
+        sheet.paste(Image.fromarray(each.pixels).resize(thumb, Image.Resampling.LANCZOS), (x, y))
+        pen.text((x, y + thumb[1] + 3), each.french, font=font, fill="black")
+        pen.text((x, y + thumb[1] + LINE), each.english, font=font, fill="dimgray")
+    return sheet
