@@ -224,11 +224,15 @@ static inline int mrt_save_picture(const char *name, const color *img) {
 /* A texture's longest side, texels. */
 enum { TEXTURE_SIDE_MAX = 4096 };
 
+static inline bool mrt_is_blank(int c) {
+    return c == ' ' || (c >= '\t' && c <= '\r');
+}
+
 /* The next number of a PPM header, after blanks and comments (# to the end of the line); -1 when there is
  * none or when it exceeds TEXTURE_SIDE_MAX. The one character behind it is read too. */
 static inline int mrt_ppm_number(FILE *in) {
     int c = getc(in);
-    while (c == ' ' || (c >= '\t' && c <= '\r') || c == '#') {
+    while (mrt_is_blank(c) || c == '#') {
         if (c == '#') {
             while (c != '\n' && c != EOF) {
                 c = getc(in);
@@ -246,13 +250,13 @@ static inline int mrt_ppm_number(FILE *in) {
         c = getc(in);
     }
     /* A blank must follow; anything else is no PPM. */
-    return c == ' ' || (c >= '\t' && c <= '\r') ? value : -1;
+    return mrt_is_blank(c) ? value : -1;
 }
 
 /* Reads a binary PPM (P6, at most 255 levels) into tex, whose texels are to be freed.
  * Returns NULL, or what is wrong with it: tex is then untouched. */
 static inline const char *mrt_read_ppm(FILE *in, texture *tex) {
-    if (getc(in) != 'P' || getc(in) != '6') {
+    if (getc(in) != 'P' || getc(in) != '6' || !mrt_is_blank(getc(in))) {
         return mrt_text("ce n'est pas un PPM binaire (P6)", "not a binary PPM (P6)");
     }
     int width = mrt_ppm_number(in);
@@ -476,7 +480,9 @@ static inline int mrt_main(int argc, char **argv) {
     if (status == MRT_OK) {
         status = mrt_save_picture(name != NULL ? name : "output", output_image);
     }
-    mrt_print_todo();
+    if (status == MRT_OK) { /* an error stays alone, to be seen */
+        mrt_print_todo();
+    }
     return status;
 }
 
