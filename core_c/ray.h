@@ -64,9 +64,10 @@ static inline float ray_random(ray *r) {
     return (float)(ray_hash(r->seed) >> 8) * (1.f / 16777216.f);
 }
 
-/* The seed of one sample of pixel (i, j): no two samples of a picture share their numbers. */
+/* The seed of one sample of pixel (i, j). For one sample number no two pixels share it (ray_hash makes different
+ * numbers out of different ones), nor do two samples of one pixel. */
 static inline uint32_t pixel_seed(int i, int j, int sample) {
-    return ray_hash(ray_hash(ray_hash((uint32_t)i) + (uint32_t)j) + (uint32_t)sample);
+    return ray_hash(ray_hash(((uint32_t)j << 16) + (uint32_t)i) + (uint32_t)sample);
 }
 
 #ifdef __cplusplus

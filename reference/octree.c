@@ -10,6 +10,9 @@
 /* Cutting a box stops here. More objects in a leaf: more tests; fewer: more boxes to cross, and more memory. */
 enum { LEAF_OBJECTS = 6 };
 
+/* Cutting a box pays when the lists of the eight parts together are at most this many times as long as its own. */
+enum { WORTH_CUTTING = 3 };
+
 /* A box is never cut more often than this, however many objects meet in one point. */
 enum { DEPTH_LIMIT = 16 };
 
@@ -168,25 +171,28 @@ static int select_overlapping(const tree *t, const box *bounds, const int *list,
     return n;
 }
 
-/* Puts the objects of a list into a node: cuts it into eight as long as there are too many for a leaf. */
+/* Puts the objects of a list into a node: cuts it into eight as long as there are too many for a leaf, and cutting
+ * helps: when objects overlap so much that the eight lists together are far longer, it would only cost memory. */
 static void subdivide(tree *t, octree_node *node, const int *list, int count, int cuts_left) {
-    if (count <= LEAF_OBJECTS || cuts_left == 0) {
-        fill_leaf(t, node, list, count);
-        return;
+    int *selected = count > LEAF_OBJECTS && cuts_left > 0 ? (int *)malloc(8 * (size_t)count * sizeof(int)) : NULL;
+    int chosen[8];
+    int total = 0;
+    for (int k = 0; k < 8 && selected != NULL; k++) {
+        box bounds = eighth(&node->bounds, k);
+        chosen[k] = select_overlapping(t, &bounds, list, count, selected + (size_t)k * (size_t)count);
+        total += chosen[k];
     }
-    int *selected = (int *)malloc((size_t)count * sizeof(int));
-    if (selected == NULL) {
-        t->out_of_memory = true;
+    if (selected == NULL || total > WORTH_CUTTING * count) {
+        fill_leaf(t, node, list, count);
+        free(selected);
         return;
     }
     for (int k = 0; k < 8 && !t->out_of_memory; k++) {
-        box bounds = eighth(&node->bounds, k);
-        int n = select_overlapping(t, &bounds, list, count, selected);
-        octree_node *child = n > 0 ? (octree_node *)take(t, sizeof(octree_node)) : NULL;
+        octree_node *child = chosen[k] > 0 ? (octree_node *)take(t, sizeof(octree_node)) : NULL;
         if (child != NULL) {
-            start_node(child, bounds);
+            start_node(child, eighth(&node->bounds, k));
             node->child[k] = child;
-            subdivide(t, child, selected, n, cuts_left - 1);
+            subdivide(t, child, selected + (size_t)k * (size_t)count, chosen[k], cuts_left - 1);
         }
     }
     free(selected);
@@ -329,7 +335,8 @@ bool octree_intersect(const octree_node *node, ray *r, intersection *it) {
     w.r = r;
     w.it = it;
     w.inverse = vector_init(1.f / r->dir.x, 1.f / r->dir.y, 1.f / r->dir.z);
-    w.backwards = (r->dir.x < 0.f ? 1 : 0) | (r->dir.y < 0.f ? 2 : 0) | (r->dir.z < 0.f ? 4 : 0);
+    /* The sign of 1 / dir, so that -0 goes down as its -infinity does. */
+    w.backwards = (w.inverse.x < 0.f ? 1 : 0) | (w.inverse.y < 0.f ? 2 : 0) | (w.inverse.z < 0.f ? 4 : 0);
     float enter = r->tmin;
     float leave = r->tmax;
     const box *b = &node->bounds;
