@@ -4,7 +4,7 @@
 # Paths here are relative, and values travel by the environment, so that this works from any folder.
 
 .DEFAULT_GOAL := help
-.PHONY: help grade mrt try figures skeleton format lint test bench doctor wheelhouse print-flags clean
+.PHONY: help grade mrt try figures expected skeleton format lint test bench doctor wheelhouse print-flags clean
 
 SUBMISSION ?= core_c
 SRC ?= core_c
@@ -26,9 +26,10 @@ help: ## cette liste | this list
 	@awk -F ':.*## | [|] ' -v language="$${MRT_LANG:-fr}" \
 	    '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, language ~ /^en/ ? $$3 : $$2 }' Makefile
 
-grade: ## évalue votre code : TP=1, K=fill, SUBMISSION=dossier | grades your code: TP=1, K=fill, SUBMISSION=folder
+grade: ## évalue votre code : TP=1, K=fill, HINT=2, SUBMISSION=dossier | grades your code: TP=1, K=fill, HINT=2, SUBMISSION=folder
 	@$(call PYTHON_OF,grade) && "$$python" -m grader grade "$$SUBMISSION" \
-	    $${TP:+--tp "$$TP"} $${K:+-k "$$K"} --build "$$BUILD"
+	    $${TP:+--tp "$$TP"} $${K:+-k "$$K"} $${HINT:+--hint "$$HINT"} $${ISOLATION:+--isolation "$$ISOLATION"} \
+	    $${EXPECTED:+--expected "$$EXPECTED"} --build "$$BUILD"
 
 mrt: ## compile core_c/mrt : WIDTH=640 HEIGHT=360, SCENE_SIZE=, CC= | builds core_c/mrt: WIDTH=640 HEIGHT=360, SCENE_SIZE=, CC=
 	@sh grader/program.sh mrt
@@ -42,8 +43,11 @@ doctor: ## ce que cette machine sait faire, et comment compléter | what this ma
 figures: ## les figures du sujet, dans build/figures/ | the handout's figures, in build/figures/
 	@$(call PYTHON_OF,lab) && "$$python" -m grader.dev.figures --build "$$BUILD"
 
+expected: ## refait les données attendues : SEED=7 OUT=dossier | makes the expected data again: SEED=7 OUT=folder
+	@$(call PYTHON_OF,grade) && "$$python" -m grader.dev.expected $${SEED:+--seed "$$SEED"} $${OUT:+--out "$$OUT"}
+
 skeleton: ## refait les fichiers à compléter depuis reference/ | makes the files to complete from reference/
-	@$(call PYTHON_OF,grade) && "$$python" -m grader.dev.skeleton
+	@$(call PYTHON_OF,grade) && "$$python" -m grader.dev.skeleton && "$$python" -m grader.dev.originals
 
 format: ## met le C et le Python en forme | lays out the C and the Python
 	@$(call PYTHON_OF,dev) && "$$python" -m ruff check --no-cache --fix-only . && "$$python" -m ruff format --no-cache . && \
@@ -57,7 +61,8 @@ lint: ## relit le C et le Python | checks the C and the Python
 	    "$${python%/*}/clang-tidy" --quiet core_c/*.c reference/*.c -- -std=gnu11 -Icore_c
 
 test: lint ## tous les tests du projet | every test of the project
-	@$(call PYTHON_OF,dev) && set -x && "$$python" -m grader.dev.skeleton --check && "$$python" -m pytest
+	@$(call PYTHON_OF,dev) && set -x && "$$python" -m grader.dev.skeleton --check && "$$python" -m grader.dev.originals --check && \
+	    "$$python" -m pytest
 
 bench: ## les mesures de performance | the benchmarks
 	@$(call PYTHON_OF,grade) && "$$python" -m grader.dev.bench --build "$$BUILD"

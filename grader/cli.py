@@ -3,28 +3,32 @@
 from __future__ import annotations
 
 import argparse
-import hashlib
 import sys
+import time
 import traceback
 from collections.abc import Sequence
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
-from grader import manifest, report, terminal
+from grader import course, expected, junit, manifest, notes, report, terminal
 from grader.bind import BindError
-from grader.build import BuildError, Submission, SubmissionError, read_submission
+from grader.build import BuildError
+from grader.expected import ExpectedError
 from grader.grading import conclude
+from grader.intake import SubmissionError, read_submission
+from grader.isolation.levels import Isolation, IsolationError, Level, current, using
 from grader.judge import SIZES
 from grader.manifest import Manifest, ManifestError
 from grader.plugin import PytestError, SelectionError, run_checks
 from grader.process import MachineError
 from grader.records import Finding, Report, Told
 from grader.texts import LANGUAGES, Texts, preferred
-from grader.toolchain import ToolchainError
 from grader.workshop import Workshop
 
-GRADED, WRONG_USE, FAILED, INTERRUPTED = 0, 2, 3, 130
-# Until stronger levels exist: limits on time and memory, a process of its own.
-ISOLATION = "portable"
+GRADED, BELOW, WRONG_USE, FAILED, INTERRUPTED = 0, 1, 2, 3, 130
+HINT_LEVELS = (1, 2, 3)
 
 
 class UsageError(Told):
@@ -32,7 +36,10 @@ class UsageError(Told):
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line; return the exit code: 0 graded, 2 wrong use, 3 the grader failed."""
+    """Run the command line; return the exit code.
+
+    0 graded, 1 below --fail-under, 2 wrong use, 3 the grader or the machine failed.
+    """
     words = list(sys.argv[1:] if arguments is None else arguments)
     try:
         texts = Texts(_language(words))
@@ -53,7 +60,9 @@ def _told(options: argparse.Namespace, texts: Texts) -> int:
         return _grade(options, texts)
     except (SubmissionError, UsageError) as error:
         return _complain(texts.say(error.key, **error.values), WRONG_USE)
-    except (BuildError, ToolchainError) as error:
+    except IsolationError as error:
+        return _complain(error.sentence(texts), FAILED)
+    except Told as error:
         return _complain(texts.say(error.key, **error.values), FAILED)
     except (BindError, MachineError, PytestError) as error:
         return _complain(texts.say("machine.failed", detail=error), FAILED)
@@ -64,22 +73,51 @@ def _grade(options: argparse.Namespace, texts: Texts) -> int:
     tps = sorted(rules.tps)
     if options.tp is not None and options.tp not in tps:
         raise UsageError("usage.no_tp", tp=options.tp, first=tps[0], last=tps[-1])
-    submission = read_submission(options.path)
-    with Workshop(submission, SIZES, options.build / "cache") as workshop:
+    submission = read_submission(options.path, look_around=True)
+    if options.expected != expected.FOLDER:
+        _verify_answers(options.expected)
+    with (
+        _isolation(options.isolation) as isolation,
+        Workshop(submission, SIZES, options.build / "cache") as workshop,
+    ):
         findings = _findings(workshop, rules, options)
-        content = report.as_json(_report(workshop, rules, findings, options, texts))
-    path = options.build / "grade" / ("partial" if content["partial"] else "") / "results.json"
+        judged = _report(workshop, rules, findings, options, texts)
+        content = report.as_json(replace(judged, isolation=isolation.level.value), texts)
+    folder = options.build / "grade" / ("partial" if content["partial"] else "")
+    path = _write(folder, content)
+    terminal.show(content, path, texts)
+    if content["incomplete"]:
+        return FAILED
+    return BELOW if content["score"] < options.fail_under else GRADED
+
+
+def _write(folder: Path, content: dict[str, Any]) -> Path:
+    """Write the results; return the path of results.json."""
+    path = folder / "results.json"
     try:
         report.write(path, content)
+        report.write_text(folder / "junit.xml", junit.as_xml(content))
     except OSError as error:
         raise BuildError("machine.cannot_write", path=path, error=error.strerror) from error
-    terminal.show(content, path, texts)
-    return FAILED if content["incomplete"] else GRADED
+    return path
+
+
+def _isolation(asked: str | None) -> AbstractContextManager[Isolation]:
+    """Return the level that was asked for, or the best one. Raises IsolationError."""
+    return using(Level(asked)) if asked else nullcontext(current())
+
+
+def _verify_answers(folder: Path) -> None:
+    """Raise UsageError unless the folder is one of expected data."""
+    try:
+        expected.read_manifest(folder)
+    except ExpectedError as error:
+        raise UsageError("usage.bad_expected", error=error) from error
 
 
 def _findings(workshop: Workshop, rules: Manifest, options: argparse.Namespace) -> list[Finding]:
     try:
-        return run_checks(workshop, rules, options.tp, options.keyword)
+        return run_checks(workshop, rules, options.tp, options.keyword, options.expected)
     except SelectionError as error:
         names = {check.id.split(".")[1]: None for check in rules.checks().values()}
         key = "usage.bad_keyword" if error.malformed else "usage.no_match"
@@ -93,35 +131,25 @@ def _report(
     options: argparse.Namespace,
     texts: Texts,
 ) -> Report:
-    checks, exercises = conclude(findings, rules, texts)
-    submission = workshop.submission
-    judged = {each.tp for each in rules.exercises if each.checks}
-    hashes = {
-        name: hashlib.sha256(content).hexdigest() for name, content in submission.files.items()
+    rejected = {
+        name: texts.say(verdict.key, **verdict.values)
+        for name, verdict in workshop.rejected.items()
     }
+    checks, exercises = conclude(findings, rules, texts, hint=options.hint, rejected=rejected)
+    judged = {each.tp for each in rules.exercises if each.checks}
     return Report(
-        submission=submission.name,
-        files=hashes,
+        submission=workshop.submission,
         language=texts.language,
-        isolation=ISOLATION,
         builds=tuple(workshop.builds),
         checks=tuple(checks),
         exercises=tuple(exercises),
-        notes=tuple(_notes(submission, workshop.sanitized, texts)),
+        graded_at=time.time(),
+        notes=tuple(notes.notes(workshop.submission, workshop.builds, workshop.sanitized, texts)),
+        rejected=rejected,
+        opened=course.load().opened,
         unjudged=tuple(sorted(set(rules.tps) - judged)),
         partial=options.tp is not None or bool(options.keyword),
     )
-
-
-def _notes(submission: Submission, sanitized: bool, texts: Texts) -> list[str]:
-    notes = []
-    if submission.missing:
-        notes.append(texts.say("note.skeleton_file", names=", ".join(submission.missing)))
-    if submission.refused:
-        notes.append(texts.say("note.refused_file", names=", ".join(submission.refused)))
-    if not sanitized:
-        notes.append(texts.say("note.no_sanitizer"))
-    return notes
 
 
 def _language(words: Sequence[str]) -> str:
@@ -136,19 +164,19 @@ def _parser(texts: Texts) -> argparse.ArgumentParser:
     commands = parser.add_subparsers(dest="command", required=True)
     description = texts.say("usage.description")
     grade = commands.add_parser("grade", help=description, description=description)
-    grade.add_argument("path", type=Path, metavar="PATH", help=texts.say("usage.path"))
-    grade.add_argument("--tp", type=int, metavar="N", help=texts.say("usage.tp"))
-    grade.add_argument(
-        "-k", dest="keyword", default="", metavar="EXPR", help=texts.say("usage.keyword")
-    )
-    grade.add_argument("--lang", choices=LANGUAGES, help=texts.say("usage.language"))
-    grade.add_argument(
-        "--build",
-        type=Path,
-        default=manifest.ROOT / "build",
-        metavar="DIR",
-        help=texts.say("usage.build"),
-    )
+
+    def add(*names: str, key: str, **settings: Any) -> None:
+        grade.add_argument(*names, help=texts.say(key), **settings)
+
+    add("path", key="usage.path", type=Path, metavar="PATH")
+    add("--tp", key="usage.tp", type=int, metavar="N")
+    add("-k", key="usage.keyword", dest="keyword", default="", metavar="EXPR")
+    add("--hint", key="usage.hint", type=int, choices=HINT_LEVELS, default=1)
+    add("--lang", key="usage.language", choices=LANGUAGES)
+    add("--fail-under", key="usage.fail_under", type=float, default=0.0, metavar="POINTS")
+    add("--isolation", key="usage.isolation", choices=[each.value for each in Level])
+    add("--expected", key="usage.expected", type=Path, default=expected.FOLDER, metavar="DIR")
+    add("--build", key="usage.build", type=Path, default=manifest.ROOT / "build", metavar="DIR")
     return parser
 
 

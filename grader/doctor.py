@@ -19,6 +19,7 @@ from pathlib import Path
 
 from grader.bilingual import in_language
 
+ROOT = Path(__file__).resolve().parent.parent
 SECONDS = 30
 TOOLS = ("apt", "dnf", "brew")
 
@@ -156,6 +157,32 @@ def python_tools() -> list[Finding]:
     ]
 
 
+def canary() -> str:
+    """Return what the strongest isolation has failed to refuse, as sentences; "" when nothing.
+
+    The canary runs as a submission does, so it needs the packages: without them nothing is said.
+    """
+    folders = [os.environ.get("MRT_ENV", ""), str(ROOT / ".venv")]
+    pythons = [f"{folder}/bin/python" for folder in folders if folder]
+    python = next(filter(shutil.which, pythons), sys.executable)
+    try:
+        done = subprocess.run(
+            [python, "-B", "-m", "grader.isolation.canary", "strong"],
+            cwd=ROOT,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            errors="replace",
+            timeout=SECONDS,
+            check=False,
+        )
+    except (OSError, subprocess.TimeoutExpired):
+        return ""
+    # It ends with 1 when something was permitted; with a trace of Python when it could not run.
+    lines = done.stdout.splitlines()[1:]
+    return " ".join(lines) if done.returncode == 1 else ""
+
+
 def isolation() -> Finding:
     """Try bubblewrap, which shuts in other people's code while it is graded."""
     purpose = in_language("isole le code que l'on évalue", "shuts in the code that is graded")
@@ -164,7 +191,9 @@ def isolation() -> Finding:
     user = [] if os.geteuid() == 0 else ["--unshare-user"]
     walls = [*user, "--unshare-pid", "--unshare-net", "--ro-bind", "/", "/"]
     if first_line(["bwrap", *walls, "echo", "ok"]) == "ok":
-        return Finding("bubblewrap", first_line(["bwrap", "--version"]), purpose)
+        permitted = canary()
+        detail = "" if permitted else first_line(["bwrap", "--version"])
+        return Finding("bubblewrap", detail, purpose, permitted)
     cure = in_language(
         "présent, mais le noyau lui refuse les espaces de noms utilisateur (conteneur, ou Ubuntu"
         " sans profil AppArmor pour bwrap : sysctl kernel.apparmor_restrict_unprivileged_userns=0)",

@@ -1,23 +1,32 @@
 """What the checks are written with: calling the student's functions, and comparing in the parent.
 
-A check gets a `Student`, runs cases in its sessions, and raises `Wrong` at the first case whose
-answer is not right: cases stand from the simplest to the most complex, so the first is the one to
-show.
+A check gets a `Student`, runs cases in its sessions, and raises `Wrong` when an answer is not
+right. TP1's checks draw on a `Canvas`, case by case from the simplest on; those of TP2 to TP5 put
+stored inputs to a function, all in one message (`Student.trials`), or do more on a `Bench`.
 """
 
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from functools import cache
-from typing import Any
+from pathlib import Path
+from typing import Any, TypeVar
 
 import numpy as np
 
-from grader.records import Cause, Death, Verdict
-from grader.runner import Core, Died, Limits, Reply, Session
+from grader import expected, show
+from grader.compare import Trial, Wrong
+from grader.expected import Answer, Array, Batch
+from grader.records import Cause, Death
+from grader.runner import Address, Core, Died, Limits, Session
 from grader.shapes import Image, Mask, Region, Size
+
+# With what checks need of compare.py.
+__all__ = ["Bench", "Canvas", "Fatal", "Student", "Trial", "Wrong", "shown"]
+
+T = TypeVar("T")
 
 SIZES: tuple[Size, ...] = ((320, 180), (96, 64))
 UNIT_LIMITS = Limits(cpu=2.0)
@@ -25,14 +34,6 @@ UNIT_LIMITS = Limits(cpu=2.0)
 COPIED = 1e-5
 # One level of the picture file: float and double round a gradient differently.
 ONE_LEVEL = 1 / 255
-
-
-class Wrong(Exception):
-    """The answer is not right; `verdict` says what came instead."""
-
-    def __init__(self, key: str, **values: object) -> None:
-        super().__init__(key)
-        self.verdict = Verdict(key, values)
 
 
 class Fatal(Exception):
@@ -46,30 +47,114 @@ class Fatal(Exception):
 class Student:
     """The submission, as one check sees it: sessions by picture size, and what they left behind."""
 
-    def __init__(self, cores: Mapping[Size, Core], stuck: dict[str, Death]) -> None:
+    def __init__(
+        self,
+        cores: Mapping[Size, Core],
+        stuck: dict[str, Death],
+        folder: Path = expected.FOLDER,
+    ) -> None:
         self._cores = cores
         self._stuck = stuck  # functions that have run out of time, in this check or an earlier one
+        self._folder = folder  # of the expected data
         self.todo: frozenset[str] = frozenset()
+        self.output = ""  # what was printed in the first session that printed something
 
     @contextlib.contextmanager
     def canvas(self, size: Size) -> Iterator[Canvas]:
         """Start a session in which pictures of that size are drawn."""
-        with self._cores[size].session(UNIT_LIMITS) as session:
-            try:
-                yield Canvas(self, session, size)
-            finally:
-                self.todo |= session.todo()
+        with self._session(size) as session:
+            yield Canvas(self, session, size)
 
-    def run(self, session: Session, call: str, name: str, *args: Any) -> Reply:
-        """Call a function. Raises Fatal; at once when the function has run out of time before."""
+    @contextlib.contextmanager
+    def bench(self) -> Iterator[Bench]:
+        """Start a session for functions that are not TP1's."""
+        with self._session(expected.SIZE) as session:
+            yield Bench(self, session, self._cores[expected.SIZE])
+
+    def batches(self, suite: str) -> list[Batch]:
+        """Return the stored calls of a suite, with the answers that are accepted."""
+        return expected.read(self._folder, suite, self._cores[expected.SIZE])
+
+    def trials(self, suite: str) -> list[Trial]:
+        """Put a suite to the submission: all its calls, in one session."""
+        with self.bench() as bench:
+            return [bench.trial(batch) for batch in self.batches(suite)]
+
+    def guard(self, name: str, call: Callable[[int], str], act: Callable[[], T]) -> T:
+        """Run code that calls a function; `call` gives the text of its calls by their number.
+
+        Raises Fatal when it does not come back; at once when it has run out of time before.
+        """
         if name in self._stuck:
-            raise Fatal(self._stuck[name], call)
+            raise Fatal(self._stuck[name], call(0))
         try:
-            return session.call(name, *args)
+            return act()
         except Died as error:
             if error.death.cause is Cause.TIMEOUT:
                 self._stuck[name] = error.death
-            raise Fatal(error.death, call) from error
+            raise Fatal(error.death, call(error.death.case)) from error
+
+    @contextlib.contextmanager
+    def _session(self, size: Size) -> Iterator[Session]:
+        with self._cores[size].session(UNIT_LIMITS) as session:
+            try:
+                yield session
+            finally:
+                self.todo |= session.todo()
+                self.output = self.output or session.output()
+
+
+class Bench:
+    """A session in which functions are called in a given setting."""
+
+    def __init__(self, student: Student, session: Session, core: Core) -> None:
+        self._student, self.session, self.core = student, session, core
+
+    def trial(self, batch: Batch) -> Trial:
+        """Make the calls of a batch in its setting. Raises Fatal."""
+        expected.prepare(self.session, self.core, batch)
+        return self.again(batch)
+
+    def again(self, batch: Batch, **addresses: Address) -> Trial:
+        """Make the calls of a batch in the setting as it stands. Raises Fatal.
+
+        `addresses` are arguments that all the calls share.
+        """
+        parameters = self.core.functions[batch.function].parameters
+        only_written = ("it", "out", "r") if batch.function == "camera_ray" else ("it", "out")
+        hidden = tuple(
+            each.name
+            for each in parameters
+            if each.name in only_written and expected.is_written(each.ctype)
+        )
+
+        def text(case: int) -> str:
+            return show.call(batch, min(case, batch.count - 1), hidden)
+
+        def act() -> Answer:
+            return expected.run(self.session, self.core, batch, **addresses)
+
+        return Trial(batch, self._student.guard(batch.function, text, act), hidden)
+
+    def colors(self, x: Array, y: Array) -> Array:
+        """Return what the submission's own trace_ray gives through positions, shape (n, 3).
+
+        The rays are those of its own camera_ray.
+        """
+        rays = self.core.zeros("ray", len(x))
+        seen = self.again(Batch("camera_ray", {"r": rays, "x": x, "y": y}, {}))
+        traced = self.again(Batch("trace_ray", {"r": seen.got("r")}, {}))
+        return traced.got("result")
+
+    def call(self, name: str, text: str, *args: Any) -> Any:
+        """Call a function once and return its result; `text` is the call. Raises Fatal."""
+        reply = self._student.guard(name, lambda case: text, lambda: self.session.call(name, *args))
+        return reply.result
+
+
+def without_answers(batch: Batch, **args: Array) -> Batch:
+    """Return the batch with other arguments, and nothing expected."""
+    return replace(batch, args={**batch.args, **args}, answers=())
 
 
 class Canvas:
@@ -88,7 +173,9 @@ class Canvas:
         values = "".join(f", {key} = {shown(value)}" for key, value in args.items())
         call = f"{name}(img{values})"
         flat = before.reshape(-1, 3)
-        reply = self._student.run(self._session, call, name, flat, *args.values())
+        reply = self._student.guard(
+            name, lambda case: call, lambda: self._session.call(name, flat, *args.values())
+        )
         return Drawing(call, before, reply.args["img"].reshape(before.shape))
 
 

@@ -8,19 +8,26 @@ from __future__ import annotations
 import contextlib
 import io
 import os
+import re
 from collections.abc import Generator
+from pathlib import Path
 
 import pytest
 
+from grader.expected import FOLDER
+from grader.grading import conclude
 from grader.judge import UNIT_LIMITS, Fatal, Student, Wrong
 from grader.manifest import PACKAGE, Manifest
 from grader.process import Died, Missing
 from grader.records import Cause, Death, Finding, Outcome, Verdict
-from grader.texts import sentences
+from grader.texts import Texts, sentences
 from grader.workshop import NotBuilt, Workshop
 
 CHECKS = PACKAGE / "checks"
+MAX_OUTPUT = 1000  # characters of what a check's code printed that go into the report
+_PRINTING = (Outcome.FAILED, Outcome.TIMEOUT)
 _STUDENT = pytest.StashKey[Student]()
+_UNDEFINED = re.compile(r"undefined symbol: (\w+)")
 
 
 class SelectionError(Exception):
@@ -35,14 +42,20 @@ class PytestError(Exception):
     """pytest itself failed: the grader's fault."""
 
 
-def run_checks(workshop: Workshop, rules: Manifest, tp: int | None, keyword: str) -> list[Finding]:
+def run_checks(
+    workshop: Workshop,
+    rules: Manifest,
+    tp: int | None,
+    keyword: str,
+    folder: Path = FOLDER,
+) -> list[Finding]:
     """Run the checks of a TP (None: of all) whose names match pytest's keyword expression.
 
-    Raises SelectionError, PytestError.
+    `folder` is that of the expected data. Raises SelectionError, PytestError.
     """
     # Neither a plugin that happens to be installed nor the project's own settings have a say here.
     os.environ["PYTEST_DISABLE_PLUGIN_AUTOLOAD"] = "1"
-    plugin = GraderPlugin(workshop, rules, tp)
+    plugin = GraderPlugin(workshop, rules, tp, folder)
     arguments = ["-c", os.devnull, "--rootdir", str(CHECKS), "--strict-markers", "-W", "ignore"]
     arguments += ["-p", "no:terminal", "-p", "no:cacheprovider", "--import-mode=importlib"]
     arguments += ["-k", keyword] if keyword else []
@@ -62,13 +75,24 @@ def run_checks(workshop: Workshop, rules: Manifest, tp: int | None, keyword: str
 class GraderPlugin:
     """Hooks of one run."""
 
-    def __init__(self, workshop: Workshop, rules: Manifest, tp: int | None) -> None:
+    def __init__(
+        self,
+        workshop: Workshop,
+        rules: Manifest,
+        tp: int | None,
+        folder: Path,
+        texts: Texts | None = None,
+    ) -> None:
         self.findings: list[Finding] = []
         self.failure = ""
         self._workshop, self._rules, self._tp = workshop, rules, tp
+        self._folder = folder
+        self._texts = texts  # in which pytest's own report tells what is wrong
 
     def pytest_configure(self, config: pytest.Config) -> None:
         """Declare the marker that ties a test to its check."""
+        # What became of a test is read from its exception: its traceback would take seconds.
+        config.option.tbstyle = "no"
         config.addinivalue_line("markers", "check(id): the check of exercises.toml that a test is")
 
     @pytest.hookimpl(wrapper=True)
@@ -89,7 +113,8 @@ class GraderPlugin:
     @pytest.fixture
     def student(self, request: pytest.FixtureRequest) -> Student:
         """Return the submission under judgement, for one check."""
-        student = self._workshop.student()
+        check = self._rules.checks()[_check_id(request.node)]
+        student = self._workshop.student(self._rules.exercise(check.exercise).file, self._folder)
         request.node.stash[_STUDENT] = student
         return student
 
@@ -102,7 +127,16 @@ class GraderPlugin:
         if call.when == "call" or (call.when == "setup" and call.excinfo is not None):
             error = call.excinfo.value if call.excinfo else None
             self.findings.append(_finding(item, error, call.duration))
+            if report.failed and self._texts:
+                report.longrepr = self._told(self.findings[-1])
         return report
+
+    def _told(self, finding: Finding) -> str:
+        """Return the sentence and the question that the student's report would have."""
+        assert self._texts is not None
+        ((result,), _) = conclude([finding], self._rules, self._texts)
+        lines = (result.note, result.message, result.hint)
+        return "\n".join([f"{result.function}: {result.outcome.value}", *filter(None, lines)])
 
     def pytest_collectreport(self, report: pytest.CollectReport) -> None:
         """Note that a file of checks cannot be read."""
@@ -132,6 +166,8 @@ def _finding(item: pytest.Item, error: BaseException | None, seconds: float) -> 
         verdict=verdict,
         location=location,
         todo=student.todo if student else frozenset(),
+        # A crash fills it with the sanitizers' report, which the verdict sums up.
+        output=student.output[:MAX_OUTPUT] if student and outcome in _PRINTING else "",
         seconds=seconds,
     )
 
@@ -149,14 +185,18 @@ def _outcome(error: BaseException | None) -> tuple[Outcome, Verdict | None, str]
     if isinstance(error, Missing):
         return Outcome.FAILED, Verdict("failure.missing", {"name": error.name}), ""
     if isinstance(error, NotBuilt):
-        return Outcome.FAILED, Verdict("failure.not_built"), ""
+        return Outcome.FAILED, error.verdict, ""
     detail = f"{type(error).__name__}: {error}".splitlines()[0][:300]
     return Outcome.ERROR, Verdict("failure.error", {"detail": detail}), ""
 
 
 def _death(death: Death, call: str) -> tuple[Outcome, Verdict, str]:
     values: dict[str, object] = {"call": call, "location": death.location, "code": death.code}
+    values["function"] = death.function
     values |= {"seconds": f"{UNIT_LIMITS.cpu:g}", "detail": death.text.strip()[:300]}
+    # A variable is looked for when the code is loaded, a function when it is called.
+    if death.cause in (Cause.LOAD, Cause.EXIT) and (symbol := _UNDEFINED.search(death.text)):
+        return Outcome.CRASHED, Verdict("death.missing_symbol", {"name": symbol[1]}), ""
     if death.cause is not Cause.SIGNAL:
         outcome = Outcome.TIMEOUT if death.cause is Cause.TIMEOUT else Outcome.CRASHED
         return outcome, Verdict(f"death.{death.cause.value}", values), death.location

@@ -1,4 +1,4 @@
-"""The parent's side of a worker: starting it, talking to it, and saying how it ended.
+"""The parent's side of a worker: starting it, shut in, and having it start sessions.
 
 Every wait has a deadline; everything that comes back is checked for its length.
 """
@@ -9,105 +9,114 @@ import contextlib
 import math
 import mmap
 import os
-import re
+import platform
+import shutil
 import signal
 import socket
+import struct
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from functools import cache, partial
 from pathlib import Path
 from typing import IO, Any
 
-import cffi
-
-from grader.manifest import ROOT
-from grader.records import Cause, Death
+from grader.abi import abi_source
+from grader.channel import (
+    ANSWER_SECONDS,
+    MAX_TEXT,
+    Channel,
+    Died,
+    Limits,
+    MachineError,
+    Missing,
+    printable,
+)
+from grader.isolation import bubble
+from grader.isolation.levels import Isolation, Level, current
+from grader.isolation.stage import private_folder, stage
 from grader.worker import frames
+from grader.worker.session import LIBC
 
-ANSWER_SECONDS = 20  # for the worker itself, which runs no code but ours
-GRACE_SECONDS = 1  # between the end of a session's socket and the end of its process
-MAX_TEXT = 20_000  # characters of output that are kept
+# With what callers need of channel.py.
+__all__ = ["Channel", "Died", "Limits", "MachineError", "Missing", "Process", "start_worker"]
+
+INSIDE_STAGE, INSIDE_INBOX = "/mrt/stage", "/mrt/inbox"  # in a sandbox
 SANITIZER_OPTIONS = {
     # Leaks are no mistake here; a report ends in SIGABRT; too large a malloc gives NULL, as it
     # should.
-    "ASAN_OPTIONS": "detect_leaks=0:abort_on_error=1:allocator_may_return_null=1",
-    "UBSAN_OPTIONS": "abort_on_error=1",
-    "PYTHONMALLOC": "malloc",
+    # Addresses are turned into lines out here, where there is a /proc.
+    "ASAN_OPTIONS": "detect_leaks=0:abort_on_error=1:allocator_may_return_null=1"
+    # Files that define a global twice are judged all the same.
+    ":detect_odr_violation=0:symbolize=0:handle_abort=0",
+    "UBSAN_OPTIONS": "abort_on_error=1:symbolize=0",
 }
 
-_SANITIZER = re.compile(r"ERROR: AddressSanitizer:? ([\w-]+)|(?:\S+): runtime error: (.*)")
-_FRAME = re.compile(r"^\s*#\d+ 0x[0-9a-f]+ in .*?(?:^|[\s/])([\w.]+\.[ch]):(\d+)", re.MULTILINE)
-_RUNTIME_ERROR = re.compile(r"^(?:\./)?([\w.]+\.[ch]):(\d+):\d+: runtime error", re.MULTILINE)
-
-
-class MachineError(Exception):
-    """The worker failed without running the submission: the grader's or the machine's fault."""
-
-
-class Died(Exception):
-    """The process that ran the submission is gone; `death` says how."""
-
-    def __init__(self, death: Death) -> None:
-        super().__init__(f"{death.cause.value} {death.word} {death.location}".strip())
-        self.death = death
-
-
-class Missing(Exception):
-    """The submission lacks this function or global variable."""
-
-    def __init__(self, name: str) -> None:
-        super().__init__(name)
-        self.name = name
-
-
-@dataclass(frozen=True)
-class Limits:
-    """Bounds of one session: CPU seconds, and bytes of memory beyond what the worker uses."""
-
-    cpu: float = 10.0
-    memory: int = 512 << 20
-
-    @property
-    def wall(self) -> float:
-        """Seconds of waiting for one answer: generous, a loaded machine is not the code's fault."""
-        return 3 * self.cpu + 2
+_CREDENTIALS = struct.Struct("3i")  # process, user, group
 
 
 @contextlib.contextmanager
 def start_worker(preload: str = "") -> Iterator[Process]:
-    """Start a worker, with a library loaded before everything else; end it with the block."""
+    """Start a worker, with libraries loaded before everything else; end it with the block.
+
+    It is as isolated as `isolation.levels.current()` says.
+    """
+    isolation = current()
+    folder = private_folder()
+    inbox = folder / "inbox"
+    inbox.mkdir(mode=0o755)
     ours, theirs = socket.socketpair()
-    with ours:
-        # -S, -s: no site-packages, cffi comes by its folder alone; -B: no .pyc.
-        command = [sys.executable, "-S", "-s", "-B", "-m", "grader.worker", str(theirs.fileno())]
+    with contextlib.ExitStack() as stack:
+        stack.callback(shutil.rmtree, folder, ignore_errors=True)
+        stack.enter_context(ours)
+        errors = stack.enter_context(tempfile.TemporaryFile())
+        if hasattr(socket, "SO_PASSCRED"):
+            ours.setsockopt(socket.SOL_SOCKET, socket.SO_PASSCRED, 1)
+        environment = _environment(isolation, preload)
         with theirs:
             popen = subprocess.Popen(
-                command,
+                _command(isolation, inbox, environment, theirs.fileno()),
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,
-                stderr=subprocess.DEVNULL,
+                stderr=errors,
                 pass_fds=[theirs.fileno()],
-                env=_environment(preload),
+                env=environment,
                 start_new_session=True,
-                cwd=ROOT,
+                cwd=stage(),
             )
         try:
-            yield Process(ours)
+            yield Process(ours, isolation, inbox, errors)
         finally:
             ours.close()  # the worker sees the end, and kills what is left before it goes
             try:
                 popen.wait(timeout=ANSWER_SECONDS)
             except subprocess.TimeoutExpired:
-                popen.kill()
+                os.killpg(popen.pid, signal.SIGKILL)
                 popen.wait()
 
 
-def _environment(preload: str) -> dict[str, str]:
-    site = str(Path(cffi.__file__).resolve().parent.parent)
-    environment = {"PATH": "/usr/bin:/bin", "LC_ALL": "C.UTF-8", "PYTHONPATH": site}
+def _command(
+    isolation: Isolation, inbox: Path, environment: Mapping[str, str], descriptor: int
+) -> list[str]:
+    # -S, -s: no site-packages; -B: no .pyc.
+    python = [bubble.interpreter(), "-S", "-s", "-B", "-m", "grader.worker", str(descriptor)]
+    if isolation.level is not Level.STRONG:
+        return python
+    readable = [(str(stage()), INSIDE_STAGE), (str(inbox), INSIDE_INBOX)]
+    # The sanitizers read their settings there rather than from the environment itself.
+    settings = inbox.with_name("environ")
+    settings.write_text("".join(f"{key}={environment[key]}\0" for key in environment))
+    settings.chmod(0o644)
+    readable.append((str(settings), "/proc/self/environ"))
+    return bubble.sandbox(readable, [], environment, python, INSIDE_STAGE)
+
+
+def _environment(isolation: Isolation, preload: str) -> dict[str, str]:
+    strong = isolation.level is Level.STRONG
+    environment = {"PATH": "/usr/bin:/bin", "LC_ALL": "C.UTF-8"}
+    environment["PYTHONPATH"] = INSIDE_STAGE if strong else str(stage())
     if preload:
         name = "DYLD_INSERT_LIBRARIES" if sys.platform == "darwin" else "LD_PRELOAD"
         environment |= {name: preload, **SANITIZER_OPTIONS}
@@ -117,13 +126,38 @@ def _environment(preload: str) -> dict[str, str]:
 class Process:
     """The parent's hold on a worker. Made by start_worker."""
 
-    def __init__(self, control: socket.socket) -> None:
-        self._control = control
+    def __init__(
+        self, control: socket.socket, isolation: Isolation, inbox: Path, errors: IO[bytes]
+    ) -> None:
+        self._control, self._isolation = control, isolation
+        self._inbox, self._errors = inbox, errors
+        self._pid = 0  # of the worker, as seen from here; 0 when this system does not tell
 
     def declare(self, library: str, cdef: str, sanitized: bool) -> None:
         """Tell the worker of a library, by its path; it is loaded in the sessions only."""
-        head = {"do": "library", "key": library, "path": library, "sanitized": sanitized}
-        self._ask(head, 0, cdef.encode())
+        if not self._pid:
+            self._greet()
+        path = Path(library)
+        shutil.copyfile(path, self._inbox / path.name)
+        (self._inbox / path.name).chmod(0o644)
+        strong = self._isolation.level is Level.STRONG
+        inside = f"{INSIDE_INBOX if strong else self._inbox}/{path.name}"
+        head = {"do": "library", "key": library, "path": inside, "sanitized": sanitized}
+        self._ask(head, 0, abi_source(cdef + LIBC, path.parent.parent / "bindings"))
+
+    def _greet(self) -> None:
+        """Wait for the worker, and have it shut itself in."""
+        try:
+            self._control.settimeout(ANSWER_SECONDS)
+            self._pid = _sender(self._control)
+            frames.read_frame(self._control, 0, time.monotonic() + ANSWER_SECONDS)
+        except (OSError, EOFError, ValueError) as error:
+            raise self._failure("it does not start", error) from error
+        portable = self._isolation.level is Level.PORTABLE
+        machine = "" if portable else platform.machine()
+        strong = self._isolation.level is Level.STRONG
+        paths = ["/"] if strong else [*bubble.readable(), str(stage()), str(self._inbox)]
+        self._ask({"do": "lock", "machine": machine, "paths": paths}, 0, _lock_code())
 
     @contextlib.contextmanager
     def fork(self, library: str, limits: Limits) -> Iterator[Channel]:
@@ -133,24 +167,35 @@ class Process:
             files = [stack.enter_context(tempfile.TemporaryFile()) for _ in range(3)]
             stack.enter_context(ours)
             files[2].truncate(frames.PAGE_BYTES)
-            page = stack.enter_context(mmap.mmap(files[2].fileno(), frames.PAGE_BYTES))
-            cpu = math.ceil(limits.cpu)
-            head = {"do": "fork", "key": library, "cpu": cpu, "memory": limits.memory}
+            space = self._size() + limits.memory if self._size() else 0
+            head = {"do": "fork", "key": library, "cpu": math.ceil(limits.cpu), "space": space}
             with theirs:
                 descriptors = [theirs.fileno(), *(each.fileno() for each in files)]
                 pid = self._ask(head, 8, descriptors=descriptors)
-            channel = Channel(self, int.from_bytes(pid, sys.byteorder), ours, page, files, limits)
+            number = int.from_bytes(pid, sys.byteorder)
+            reap, release = partial(self._reap, number), partial(self._release, number)
+            channel = Channel(reap, release, ours, files, limits, library)
             try:
-                channel.hear(0)
+                channel.begin()
                 yield channel
             finally:
                 channel.close()
 
-    def reap(self, pid: int, grace: float) -> tuple[int, float]:
-        """End a session's process after `grace` seconds; return its wait status and CPU seconds."""
-        answer = self._ask({"do": "reap", "pid": pid, "grace": grace}, frames.EXITED.size)
-        status, cpu = frames.EXITED.unpack(answer)
+    def _size(self) -> int:
+        """Return how many bytes of addresses the worker has: the sanitizers' take terabytes."""
+        try:
+            statm = Path(f"/proc/{self._pid}/statm").read_text(encoding="ascii")
+        except OSError:
+            return 0
+        return int(statm.split()[0]) * mmap.PAGESIZE
+
+    def _reap(self, pid: int, grace: float, ask: bool) -> tuple[int, float]:
+        head = {"do": "reap", "pid": pid, "grace": grace, "ask": ask}
+        status, cpu = frames.EXITED.unpack(self._ask(head, frames.EXITED.size))
         return int(status), float(cpu)
+
+    def _release(self, pid: int, grace: float) -> None:
+        self._ask({"do": "release", "pid": pid, "grace": grace}, 0)
 
     def _ask(
         self,
@@ -165,102 +210,29 @@ class Process:
             frames.write_frame(self._control, head, payload, descriptors or [])
             _, answer = frames.read_frame(self._control, size, deadline)
         except (OSError, EOFError, ValueError) as error:
-            raise MachineError(f"the worker does not answer ({head['do']}): {error!r}") from error
+            raise self._failure(f"it does not answer ({head['do']})", error) from error
         if len(answer) != size:
             raise MachineError(f"the worker's answer to {head['do']} has {len(answer)} bytes")
         return answer
 
-
-class Channel:
-    """The parent's side of one session."""
-
-    def __init__(
-        self,
-        process: Process,
-        pid: int,
-        sock: socket.socket,
-        page: mmap.mmap,
-        files: Sequence[IO[bytes]],
-        limits: Limits,
-    ) -> None:
-        self._process, self._pid, self._sock = process, pid, sock
-        self._page, self._files, self._limits = page, files, limits
-        self._ended = False
-
-    def ask(self, head: dict[str, Any], size: int, payload: bytes = b"") -> bytes:
-        """Send a request and return its answer of exactly `size` bytes.
-
-        Raises Died, Missing, or ValueError when the request makes no sense.
-        """
-        if self._ended:
-            raise ValueError("the session is over")
-        try:
-            self._sock.settimeout(self._limits.wall)
-            frames.write_frame(self._sock, head, payload)
-        except OSError:
-            pass  # it has died: hearing says how
-        return self.hear(size)
-
-    def hear(self, size: int) -> bytes:
-        """Wait for an answer of `size` bytes. Raises as `ask` does."""
-        deadline = time.monotonic() + self._limits.wall
-        try:
-            head, answer = frames.read_frame(self._sock, max(size, MAX_TEXT), deadline)
-        except TimeoutError:
-            raise Died(self._bury(0, Cause.TIMEOUT)) from None
-        except (OSError, EOFError, ValueError, RecursionError):
-            raise Died(self._bury(GRACE_SECONDS, Cause.EXIT)) from None
-        kind, text = head.get("is"), answer[:MAX_TEXT].decode(errors="replace")
-        if kind == "done" and len(answer) == size:
-            return answer
-        if kind == "refused" and text.startswith("missing: "):
-            raise Missing(text.removeprefix("missing: "))
-        if kind == "refused":
-            raise ValueError(text)
-        causes = {"stray": Cause.STRAY_WRITE, "unloadable": Cause.LOAD}
-        death = self._bury(0, causes.get(str(kind), Cause.EXIT))
-        raise Died(Death(death.cause, case=death.case, text=text or death.text))
-
-    def marks(self) -> bytes:
-        """Return the page of MRT_TODO markers, one byte each, even after a crash."""
-        return self._page[: frames.TODO_BYTES]
-
-    def close(self) -> None:
-        """End the session."""
-        if self._ended:
-            return
-        self._ended = True
-        with contextlib.suppress(OSError):
-            self._sock.settimeout(GRACE_SECONDS)
-            frames.write_frame(self._sock, {"do": "close"})
-        self._process.reap(self._pid, GRACE_SECONDS)
-
-    def _bury(self, grace: float, cause: Cause) -> Death:
-        """End the process, and say why it died; `cause` when its end does not tell."""
-        self._ended = True
-        status, _ = self._process.reap(self._pid, grace)
-        (case,) = frames.COUNTER.unpack_from(self._page, frames.TODO_BYTES)
-        text = self._text()
-        code = os.waitstatus_to_exitcode(status)
-        if cause in (Cause.TIMEOUT, Cause.LOAD, Cause.STRAY_WRITE) or code == -signal.SIGXCPU:
-            cause = Cause.TIMEOUT if code == -signal.SIGXCPU else cause
-            return Death(cause, case=case, text=text)
-        word = signal.Signals(-code).name if code < 0 else ""
-        if code < 0 and (report := _SANITIZER.search(text)):
-            word = report[1] or f"runtime error: {report[2]}"
-        cause = Cause.SIGNAL if code < 0 else Cause.EXIT
-        return Death(cause, word, max(code, 0), case, _location(text), text)
-
-    def _text(self) -> str:
-        """Return the beginning of what the code wrote on stderr, then stdout."""
-        parts = []
-        for each in (self._files[1], self._files[0]):
-            each.seek(0)
-            parts.append(each.read(MAX_TEXT).decode(errors="replace"))
-        return "".join(parts)
+    def _failure(self, what: str, error: Exception) -> MachineError:
+        said = os.pread(self._errors.fileno(), MAX_TEXT, 0).decode(errors="replace")
+        last = printable(said).strip().splitlines()[-1:] or [repr(error)]
+        return MachineError(f"the worker failed, {what}: {last[0]}")
 
 
-def _location(report: str) -> str:
-    """Return "file:line" of the first frame of a sanitizer's report that is C code of ours."""
-    found = _RUNTIME_ERROR.search(report) or _FRAME.search(report)
-    return f"{found[1]}:{found[2]}" if found else ""
+def _sender(control: socket.socket) -> int:
+    """Return the number of the process at the other end, once it has written; 0 if unknown."""
+    if not hasattr(socket, "SCM_CREDENTIALS"):
+        return 0
+    room = socket.CMSG_SPACE(_CREDENTIALS.size)
+    _, ancillary, _, _ = control.recvmsg(1, room, socket.MSG_PEEK)
+    for level, kind, data in ancillary:
+        if (level, kind) == (socket.SOL_SOCKET, socket.SCM_CREDENTIALS):
+            return int(_CREDENTIALS.unpack(data[: _CREDENTIALS.size])[0])
+    return 0
+
+
+@cache
+def _lock_code() -> bytes:
+    return (stage() / "lock_abi.py").read_bytes()

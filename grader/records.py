@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 
@@ -34,6 +35,7 @@ class Cause(str, Enum):
     EXIT = "exit"  # the code called exit, or closed the grader's channel
     TIMEOUT = "timeout"
     LOAD = "load"  # the library cannot be loaded: a global is missing
+    MEMORY = "memory"  # none was left to go on with
     STRAY_WRITE = "stray_write"  # a write just before a table, seen after the call
 
 
@@ -41,7 +43,39 @@ class BuildStatus(str, Enum):
     """Whether a submission became a library."""
 
     BUILT = "built"
-    REJECTED = "rejected"  # the student's files do not compile
+    REJECTED = "rejected"  # nothing could be made of the student's files
+
+
+@dataclass(frozen=True)
+class Source:
+    """A file as it was found: its name, where it is for the person, when it was last written."""
+
+    name: str
+    path: str
+    modified: float  # seconds since the epoch
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """A file that was not taken; `reason` is a key of [refused] in messages/."""
+
+    path: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class Submission:
+    """The C files of a submission that are judged, by name; and what was found around them."""
+
+    name: str
+    files: Mapping[str, bytes]
+    missing: tuple[str, ...]  # the student's files that are not there: the skeleton's stand in
+    refused: tuple[Refusal, ...] = ()
+    sources: tuple[Source, ...] = ()  # the student's files that were taken, in the course's order
+    changed: tuple[str, ...] = ()  # given files that are not the original: not used
+    converted: tuple[str, ...] = ()  # files that were in UTF-16
+    nearby: tuple[Source, ...] = ()  # other versions of the student's files, close to the folder
+    in_place: bool = False  # it is core_c itself: the originals are in the package
 
 
 @dataclass(frozen=True)
@@ -101,6 +135,10 @@ class BuildResult:
     preload: str = ""  # the sanitizers' runtime, to be loaded before everything else
     log: str = ""  # the compiler's errors, with the student's own file names
     warnings: tuple[str, ...] = ()
+    rejected: Mapping[str, str] = field(default_factory=dict)  # errors of the files left out
+    cxx: tuple[str, ...] = ()  # files built as C++
+    linker: str = ""  # what keeps the files from making a program, though they can be judged
+    tables: str = ""  # a library of the headers' constants and sizes, without the submission
 
 
 @dataclass(frozen=True)
@@ -118,6 +156,7 @@ class Death:
     case: int = 0
     location: str = ""
     text: str = ""
+    function: str = ""  # in which it was, when that is known
 
 
 @dataclass(frozen=True)
@@ -138,6 +177,7 @@ class Finding:
     verdict: Verdict | None = None
     location: str = ""
     todo: frozenset[str] = frozenset()  # exercises whose MRT_TODO was met
+    output: str = ""  # the beginning of what the code printed
     seconds: float = 0.0
 
 
@@ -157,6 +197,7 @@ class CheckResult:
     hint: str = ""
     note: str = ""
     location: str = ""
+    output: str = ""
     seconds: float = 0.0
 
 
@@ -179,13 +220,15 @@ class ExerciseResult:
 class Report:
     """Everything that results.json says."""
 
-    submission: str
-    files: dict[str, str]  # name to sha256
+    submission: Submission
     language: str
-    isolation: str
     builds: tuple[BuildResult, ...]
     checks: tuple[CheckResult, ...]
     exercises: tuple[ExerciseResult, ...]
+    graded_at: float  # seconds since the epoch
     notes: tuple[str, ...] = ()
+    rejected: Mapping[str, str] = field(default_factory=dict)  # files not judged, with why
+    opened: tuple[int, ...] = ()  # TPs
     unjudged: tuple[int, ...] = ()  # TPs that have no checks yet
+    isolation: str = ""
     partial: bool = False  # only some of the checks were asked for

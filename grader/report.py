@@ -2,54 +2,137 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import tempfile
+from collections.abc import Iterator
+from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
 
 import grader
-from grader.records import BuildStatus, CheckResult, ExerciseResult, Outcome, Report
+from grader import diagnostics
+from grader.diagnostics import Diagnostic
+from grader.records import (
+    BuildResult,
+    BuildStatus,
+    CheckResult,
+    ExerciseResult,
+    Outcome,
+    Report,
+    Source,
+    Submission,
+)
+from grader.texts import Texts
 
 SCHEMA = 1
+MAX_LOG = 20_000  # characters of a compiler's output that are kept
+MAX_ERRORS = 20
+MAX_ERROR_LINES = 12  # source, caret, and a note or two
 
 
-def as_json(report: Report) -> dict[str, Any]:
-    """Return the report as the content of results.json."""
+def as_json(report: Report, texts: Texts) -> dict[str, Any]:
+    """Return the report as the content of results.json, which results.schema.json describes."""
     counted = [each for each in report.exercises if not each.bonus]
     bonuses = [each for each in report.exercises if each.bonus]
-    logs = [each.log for each in report.builds if each.log]
     return {
         "schema": SCHEMA,
         "grader": grader.__version__,
         "language": report.language,
-        "submission": {"name": report.submission, "files": report.files},
+        "graded_at": _moment(report.graded_at),
+        "submission": _submission(report.submission),
         "isolation": report.isolation,
-        "build": {
-            "ok": all(each.status is BuildStatus.BUILT for each in report.builds),
-            # Each size warns of the same lines.
-            "warnings": list(dict.fromkeys(w for each in report.builds for w in each.warnings)),
-            "log": logs[0] if logs else "",
-        },
+        "build": _build(report, texts),
         "notes": list(report.notes),
         **_score("score", counted),
         **_score("bonus", bonuses),
         "incomplete": any(each.outcome is Outcome.ERROR for each in report.checks),
         "partial": report.partial,
-        "tps": [_tp(tp, counted) for tp in sorted({each.tp for each in counted})],
+        "opened_tps": list(report.opened),
         "unjudged_tps": list(report.unjudged),
+        "tps": [_tp(tp, counted) for tp in sorted({each.tp for each in counted})],
         "exercises": [_exercise(each) for each in report.exercises],
         "checks": [_check(each) for each in report.checks],
     }
 
 
+def _moment(seconds: float) -> str:
+    moment = datetime.fromtimestamp(seconds, timezone.utc).astimezone()
+    return moment.isoformat(timespec="seconds")
+
+
+def _submission(submission: Submission) -> dict[str, Any]:
+    return {
+        "name": submission.name,
+        "files": {
+            name: hashlib.sha256(content).hexdigest() for name, content in submission.files.items()
+        },
+        "sources": [_source(each) for each in submission.sources],
+        "nearby": [_source(each) for each in submission.nearby],
+        "refused": [{"path": each.path, "reason": each.reason} for each in submission.refused],
+        "changed": list(submission.changed),
+    }
+
+
+def _source(source: Source) -> dict[str, Any]:
+    return {
+        "name": source.name,
+        "path": _text(source.path),
+        "modified": _moment(source.modified),
+    }
+
+
+def _text(path: str) -> str:
+    """Return a path as text; its bytes may be none."""
+    return path.encode(errors="surrogateescape").decode(errors="replace")
+
+
+def _build(report: Report, texts: Texts) -> dict[str, Any]:
+    built = all(each.status is BuildStatus.BUILT for each in report.builds)
+    logs = [each.log for each in report.builds if each.log]
+    errors = [each for each in diagnostics.read("".join(logs[:1])) if each.is_error]
+    # Each size warns of the same lines.
+    warnings = {warning: None for each in report.builds for warning in _warnings(each)}
+    return {
+        "ok": built and not report.rejected,
+        "warnings": list(warnings),
+        "log": logs[0][:MAX_LOG] if logs else "",
+        "errors": [_error(each, texts) for each in errors[:MAX_ERRORS]],
+        "rejected": dict(report.rejected),
+        "cxx": list(report.builds[0].cxx),
+        "linker": report.builds[0].linker[:MAX_LOG],
+    }
+
+
+def _warnings(result: BuildResult) -> Iterator[str]:
+    """Return each warning with its source line and caret."""
+    for each in diagnostics.read("\n".join(result.warnings)):
+        if not each.is_error:
+            yield "\n".join(each.lines)
+
+
+def _error(error: Diagnostic, texts: Texts) -> dict[str, Any]:
+    meaning = error.meaning()
+    return {
+        "file": error.file,
+        "line": error.line,
+        "lines": list(error.lines[:MAX_ERROR_LINES]),
+        "meaning": texts.say(meaning.key, **meaning.values) if meaning else "",
+    }
+
+
 def write(path: Path, content: dict[str, Any]) -> None:
-    """Write results.json whole: a reader finds the old file or the new one. Raises OSError."""
+    """Write results.json whole. Raises OSError."""
+    write_text(path, json.dumps(content, ensure_ascii=False, indent=1) + "\n")
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a file whole: a reader finds the old one or the new one. Raises OSError."""
     path.parent.mkdir(parents=True, exist_ok=True)
     handle, part = tempfile.mkstemp(dir=path.parent, suffix=".part")
-    with os.fdopen(handle, "w", encoding="utf-8") as out:
-        json.dump(content, out, ensure_ascii=False, indent=1)
-        out.write("\n")
+    with os.fdopen(handle, "w", encoding="utf-8", errors="replace") as out:
+        out.write(text)
     Path(part).chmod(0o644)
     Path(part).replace(path)
 
@@ -93,5 +176,6 @@ def _check(result: CheckResult) -> dict[str, Any]:
         "hint": result.hint,
         "note": result.note,
         "location": result.location,
+        "output": result.output,
         "seconds": round(result.seconds, 3),
     }

@@ -36,14 +36,16 @@ import contextlib
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from grader.build import BuildError, build, read_submission
+from grader.build import BuildError, build
 from grader.dtypes import Types, first, pack, unpack
+from grader.intake import read_submission
 from grader.manifest import ROOT
 from grader.process import Channel, Died, Limits, MachineError, Missing, Process, start_worker
 from grader.records import BuildResult, BuildStatus, Function, Target
@@ -77,17 +79,20 @@ class Core:
             raise ValueError("not built")
         self.functions = library.binding.functions
         self.types = Types(library.binding)
-        self._process, self._library = process, library
-        process.declare(library.library, library.binding.cdef, library.target.sanitized)
-        self._constants: dict[str, float] = {}
+        self.library = library
+        self._process = process
+        for path in (library.library, library.tables):
+            process.declare(path, library.binding.cdef, library.target.sanitized)
 
-    @property
+    @cached_property
     def constants(self) -> dict[str, float]:
-        """The headers' numbers (#define and enum) by their names."""
-        if not self._constants:
-            with self.session():
-                pass  # the first session reads them
-        return self._constants
+        """The headers' numbers (#define and enum) by their names.
+
+        They come from a library without the submission, which could tell others. Raises
+        MachineError when C and cffi disagree on a struct.
+        """
+        with self._process.fork(self.library.tables, DEFAULT_LIMITS) as channel:
+            return Session(self, channel).read_tables()
 
     def dtype(self, ctype: str) -> np.dtype[Any]:
         """Return the numpy dtype of a C type, such as "ray"."""
@@ -100,11 +105,9 @@ class Core:
     @contextlib.contextmanager
     def session(self, limits: Limits = DEFAULT_LIMITS) -> Iterator[Session]:
         """Start a fresh process with the library; end it when the block ends."""
-        with self._process.fork(self._library.library, limits) as channel:
-            session = Session(self, channel)
-            if not self._constants:
-                self._constants = session.read_tables()
-            yield session
+        _ = self.constants  # nothing runs unless the structs' layouts agree
+        with self._process.fork(self.library.library, limits) as channel:
+            yield Session(self, channel)
 
 
 class Session:
@@ -155,8 +158,12 @@ class Session:
         marks = self._channel.marks()
         return frozenset(_exercise(k) for k, mark in enumerate(marks) if mark)
 
+    def output(self) -> str:
+        """Return the beginning of what the code has printed, without control characters."""
+        return self._channel.output()
+
     def read_tables(self) -> dict[str, float]:
-        """Return the constants. Raises MachineError when C and cffi disagree on a struct."""
+        """Return the constants that the shim holds, once its layout is known to be cffi's."""
         layout = tuple(int(each) for each in self.get("mrt_layout"))
         if layout != self._core.types.layout:
             raise MachineError("the compiler and cffi disagree on the layout of a struct")
@@ -277,7 +284,7 @@ def open_core(
     """
     target = Target(width, height, sanitized, defines)
     (result,) = build(read_submission(submission), [target], cache)
-    if result.status is not BuildStatus.BUILT:
+    if result.status is not BuildStatus.BUILT or result.rejected:
         raise BuildError("submission.rejected", log=result.log)
     with start_worker(result.preload) as process:
         yield Core(process, result)

@@ -6,10 +6,14 @@ import os
 from functools import cache
 from typing import Any
 
+from grader import course
+from grader.course import LANGUAGES
 from grader.manifest import PACKAGE, read_toml
 
-LANGUAGES = ("fr", "en")
+__all__ = ["LANGUAGES", "Texts", "preferred", "sentences"]
+
 FOLDER = PACKAGE / "messages"
+FIRST_HINT = 2
 
 
 class Texts:
@@ -37,9 +41,9 @@ class Texts:
 
 
 def preferred(asked: str = "") -> str:
-    """Return the language asked for, or that of MRT_LANG; French otherwise."""
+    """Return the language asked for, or that of MRT_LANG; the course's otherwise."""
     name = (asked or os.environ.get("MRT_LANG", ""))[:2].lower()
-    return name if name in LANGUAGES else LANGUAGES[0]
+    return name if name in LANGUAGES else course.load().language
 
 
 @cache
@@ -52,5 +56,7 @@ def _flat(prefix: str, table: dict[str, Any]) -> list[tuple[str, str]]:
     rows: list[tuple[str, str]] = []
     for name, value in table.items():
         key = f"{prefix}{name}"
+        if isinstance(value, list):  # hints by their level; the first level is a question
+            value = {str(level): text for level, text in enumerate(value, FIRST_HINT)}
         rows += _flat(f"{key}.", value) if isinstance(value, dict) else [(key, value)]
     return rows

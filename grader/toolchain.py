@@ -66,9 +66,13 @@ def ask(command: Sequence[str], question: str) -> str:
     return done.stdout.strip() if done.returncode == 0 else ""
 
 
-def compile_flags(compiler: Compiler, target: Target) -> list[str]:
-    """Return the flags that compile one file for a target; the same for student and reference."""
-    flags = ["-std=gnu11", "-g", "-fPIC", "-ffp-contract=off", "-Wall", "-Wextra"]
+def compile_flags(compiler: Compiler, target: Target, language: str = "c") -> list[str]:
+    """Return the flags that compile one file for a target; the same for student and reference.
+
+    `language` is "c" or "c++".
+    """
+    flags = ["-x", language, "-std=gnu11" if language == "c" else "-std=gnu++17"]
+    flags += ["-g", "-fPIC", "-ffp-contract=off", "-Wall", "-Wextra"]
     flags += ["-fno-color-diagnostics" if compiler.is_clang else "-fdiagnostics-color=never"]
     flags += ["-ferror-limit=20"] if compiler.is_clang else ["-fmax-errors=20"]
     if target.sanitized:
@@ -101,6 +105,21 @@ def link_flags(compiler: Compiler, target: Target) -> list[str]:
     return [*flags, "-shared", "-Wl,-Bsymbolic", "-Wl,-z,lazy", "-lm"]
 
 
+def strict_link_flags(compiler: Compiler) -> list[str]:
+    """Return the flags that hold a library to what a program needs: a `main`."""
+    return [] if compiler.platform == "darwin" else ["-Wl,--require-defined=main"]
+
+
+def lenient_link_flags(compiler: Compiler) -> list[str]:
+    """Return the flags that let the first of several definitions of a name count."""
+    return [] if compiler.platform == "darwin" else ["-Wl,-z,muldefs"]
+
+
+def cxx_library(compiler: Compiler) -> str:
+    """Return the flag that links the library of C++."""
+    return "-lc++" if compiler.platform == "darwin" else "-lstdc++"
+
+
 def library_suffix(compiler: Compiler) -> str:
     """Return what the name of a shared library ends with on the compiler's platform."""
     return ".dylib" if compiler.platform == "darwin" else ".so"
@@ -108,19 +127,23 @@ def library_suffix(compiler: Compiler) -> str:
 
 @cache
 def sanitizer_runtime(compiler: Compiler) -> str:
-    """Return the path of AddressSanitizer's runtime, to be preloaded; "" when there is none."""
-    for question in _runtime_questions(compiler):
-        answer = ask(compiler.command, f"-print-file-name={question}")
+    """Return the sanitizers' runtime, a path or two with a colon between; "" when there is none.
+
+    It is to be preloaded: each session then finds it there, and need not load it.
+    """
+    for names in _runtime_questions(compiler):
+        answers = [ask(compiler.command, f"-print-file-name={name}") for name in names]
         # The compiler answers with the bare name when it has no such file.
-        if Path(answer).is_absolute() and Path(answer).is_file():
-            return str(Path(answer).resolve())
+        if all(Path(each).is_absolute() and Path(each).is_file() for each in answers):
+            return ":".join(str(Path(each).resolve()) for each in answers)
     return ""
 
 
-def _runtime_questions(compiler: Compiler) -> list[str]:
+def _runtime_questions(compiler: Compiler) -> list[list[str]]:
+    """Return names of libraries; each list is a whole runtime, the first that is there is right."""
     if compiler.platform == "darwin":
-        return ["libclang_rt.asan_osx_dynamic.dylib"]
+        return [["libclang_rt.asan_osx_dynamic.dylib"]]
     if compiler.is_clang:
         machine = os.uname().machine
-        return [f"libclang_rt.asan-{machine}.so", "libclang_rt.asan.so"]
-    return ["libasan.so"]
+        return [[f"libclang_rt.asan-{machine}.so"], ["libclang_rt.asan.so"]]
+    return [["libasan.so", "libubsan.so"]]

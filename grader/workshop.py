@@ -7,17 +7,21 @@ from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
 
-from grader import toolchain
-from grader.build import Submission, build
+from grader import diagnostics, manifest, toolchain
+from grader.build import build
 from grader.judge import Student
 from grader.process import start_worker
-from grader.records import BuildStatus, Death, Target
+from grader.records import BuildStatus, Death, Submission, Target, Verdict
 from grader.runner import Core
 from grader.shapes import Size
 
 
 class NotBuilt(Exception):
-    """The submission does not compile: nothing of it can be called."""
+    """The file, or the whole submission, does not compile; `verdict` says it."""
+
+    def __init__(self, verdict: Verdict) -> None:
+        super().__init__(verdict.key)
+        self.verdict = verdict
 
 
 class Workshop:
@@ -43,20 +47,44 @@ class Workshop:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End the worker."""
         self._stack.close()
 
     @property
     def is_built(self) -> bool:
-        """Whether every file compiles."""
+        """Whether there is something to judge."""
         return all(each.status is BuildStatus.BUILT for each in self.builds)
 
-    def student(self) -> Student:
-        """Return the submission for one check. Raises NotBuilt."""
+    @property
+    def rejected(self) -> dict[str, Verdict]:
+        """Why files of the submission are not judged, by their names."""
+        why = {
+            name: Verdict("failure.unreadable", {"file": name})
+            for name in manifest.load().student
+            if name not in self.submission.files and name not in self.submission.missing
+        }
+        for result in self.builds:
+            for name, log in result.rejected.items():
+                errors = [each for each in diagnostics.read(log) if each.is_error]
+                message = f"{errors[0].place}: {errors[0].message}" if errors else log[:200]
+                why[name] = Verdict("failure.not_built", {"file": name, "error": message})
+        return why
+
+    def student(self, file: str, folder: Path) -> Student:
+        """Return the submission for one check of a function of `file`. Raises NotBuilt.
+
+        `folder` holds the expected data.
+        """
         if not self.is_built:
-            raise NotBuilt
+            raise NotBuilt(Verdict("failure.not_linked"))
+        if file in self.rejected:
+            raise NotBuilt(self.rejected[file])
         if not self._cores:
             process = self._stack.enter_context(start_worker(self.builds[0].preload))
             for each in self.builds:
                 size = (each.target.width, each.target.height)
                 self._cores[size] = Core(process, each)
-        return Student(self._cores, self._stuck)
+        return Student(self._cores, self._stuck, folder)

@@ -8,7 +8,7 @@
 #include <stdlib.h>
 
 /* Cutting a box stops here. More objects in a leaf: more tests; fewer: more boxes to cross, and more memory. */
-enum { LEAF_OBJECTS = 6 };
+enum { LEAF_OBJECTS = 10 };
 
 /* Cutting a box pays when the lists of the eight parts together are at most this many times as long as its own. */
 enum { WORTH_CUTTING = 3 };
@@ -270,15 +270,6 @@ static bool hit_leaf(const walk *w, const octree_node *leaf) {
     return hit;
 }
 
-static bool is_leaf(const octree_node *node) {
-    for (int k = 0; k < 8; k++) {
-        if (node->child[k] != NULL) {
-            return false;
-        }
-    }
-    return true;
-}
-
 /* Walks through a node that the ray crosses from t = enter to t = leave, in the order in which the ray meets the children.
  *
  * The ray leaves one child for the next where it crosses one of the three planes that cut the node: at most
@@ -286,21 +277,24 @@ static bool is_leaf(const octree_node *node) {
  * infinity) counts as never crossed.
  */
 static bool walk_node(const walk *w, const octree_node *node, float enter, float leave) {
-    if (is_leaf(node)) {
+    if (node->objects != NULL) {
         return hit_leaf(w, node);
     }
     vec3 t = vector_vec_mul(vector_minus(middle(&node->bounds), w->r->orig), w->inverse);
     float crossing[3] = {t.x, t.y, t.z};
     int crossed = 0;
     for (int axis = 0; axis < 3; axis++) {
-        crossed |= crossing[axis] <= enter ? 1 << axis : 0;
+        if (crossing[axis] <= enter) {
+            crossed |= 1 << axis;
+            crossing[axis] = INFINITY;
+        }
     }
     bool hit = false;
     while (enter <= w->r->tmax) {
         int next = -1;
         float until = leave;
         for (int axis = 0; axis < 3; axis++) {
-            if ((crossed & (1 << axis)) == 0 && crossing[axis] < until) {
+            if (crossing[axis] < until) {
                 next = axis;
                 until = crossing[axis];
             }
@@ -314,17 +308,18 @@ static bool walk_node(const walk *w, const octree_node *node, float enter, float
             break;
         }
         crossed |= 1 << next;
+        crossing[next] = INFINITY;
         enter = until;
     }
     return hit;
 }
 
-/* Narrows [*enter, *leave] to where o + t d lies between lo and hi, with inverse = 1 / d. */
-static void clip(float lo, float hi, float o, float inverse, float *enter, float *leave) {
-    float t1 = (lo - o) * inverse;
-    float t2 = (hi - o) * inverse;
-    *enter = fmaxf(*enter, fminf(t1, t2)); /* fmaxf and fminf leave a NaN out */
-    *leave = fminf(*leave, fmaxf(t1, t2));
+static float larger(float a, float b) {
+    return a > b ? a : b;
+}
+
+static float smaller(float a, float b) {
+    return a < b ? a : b;
 }
 /* END SOLUTION */
 
@@ -337,12 +332,12 @@ bool octree_intersect(const octree_node *node, ray *r, intersection *it) {
     w.inverse = vector_init(1.f / r->dir.x, 1.f / r->dir.y, 1.f / r->dir.z);
     /* The sign of 1 / dir, so that -0 goes down as its -infinity does. */
     w.backwards = (w.inverse.x < 0.f ? 1 : 0) | (w.inverse.y < 0.f ? 2 : 0) | (w.inverse.z < 0.f ? 4 : 0);
-    float enter = r->tmin;
-    float leave = r->tmax;
-    const box *b = &node->bounds;
-    clip(b->min.x, b->max.x, r->orig.x, w.inverse.x, &enter, &leave);
-    clip(b->min.y, b->max.y, r->orig.y, w.inverse.y, &enter, &leave);
-    clip(b->min.z, b->max.z, r->orig.z, w.inverse.z, &enter, &leave);
+    vec3 t1 = vector_vec_mul(vector_minus(node->bounds.min, r->orig), w.inverse);
+    vec3 t2 = vector_vec_mul(vector_minus(node->bounds.max, r->orig), w.inverse);
+    vec3 in = vector_min(t1, t2);
+    vec3 out = vector_max(t1, t2);
+    float enter = larger(r->tmin, larger(in.x, larger(in.y, in.z)));
+    float leave = smaller(r->tmax, smaller(out.x, smaller(out.y, out.z)));
     return enter <= leave && walk_node(&w, node, enter, leave);
     /* END SOLUTION */
 }

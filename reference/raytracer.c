@@ -258,7 +258,8 @@ color shade(vec3 n, vec3 v, vec3 l, color light_color, const material *mat) {
         return vector_init(0.f, 0.f, 0.f);
     }
     vec3 h = vector_normalized(vector_add(l, v));
-    float h_n = fmaxf(vector_dot(h, n), 0.f);
+    float cosine = vector_dot(h, n);
+    float h_n = cosine > 0.f ? cosine : 0.f;
     color specular = mat->ks;
     /* END SOLUTION */
     if (options.fresnel) {
@@ -389,7 +390,9 @@ float reflectance(float n1, float n2) {
 /* TP5.1 - Fresnel's reflection by Schlick's approximation. */
 color fresnel_schlick(color kr, vec3 n, vec3 v) {
     /* BEGIN SOLUTION TP5.1: return kr; */
-    float x = 1.f - fminf(fmaxf(vector_dot(n, v), 0.f), 1.f);
+    float c = vector_dot(n, v);
+    c = c > 0.f ? c : 0.f;
+    float x = c < 1.f ? 1.f - c : 0.f;
     float x5 = x * x * x * x * x;
     return vector_init(kr.x + (1.f - kr.x) * x5, kr.y + (1.f - kr.y) * x5, kr.z + (1.f - kr.z) * x5);
     /* END SOLUTION */

@@ -48,13 +48,16 @@ class Graded:
 
 @pytest.fixture
 def grade(cache: Path, tmp_path: Path) -> Grade:
-    """Return a function that grades a folder; builds are kept between the tests."""
+    """Return a function that grades a folder, TP1 unless told else; builds are kept."""
 
-    def run(folder: Path, *words: str, root: Path = ROOT, **settings: str) -> Graded:
+    def run(
+        folder: Path, *words: str, root: Path = ROOT, whole: bool = False, **settings: str
+    ) -> Graded:
         build = tmp_path / "build"
         build.mkdir(exist_ok=True)
         if not (build / "cache").exists():
             (build / "cache").symlink_to(cache)
+        words = words if whole or "-k" in words or "--tp" in words else (*words, "--tp", "1")
         environment = {k: v for k, v in os.environ.items() if k not in ("MRT_LANG", "CC")}
         done = subprocess.run(
             [sys.executable, "-m", "grader", "grade", str(folder), "--build", str(build), *words],
@@ -65,7 +68,7 @@ def grade(cache: Path, tmp_path: Path) -> Grade:
             timeout=120,
             check=False,
         )
-        part = "partial" if "-k" in words or "--tp" in words else ""
+        part = "" if whole else "partial"
         return Graded(done, build / "grade" / part / "results.json")
 
     return run
@@ -73,17 +76,19 @@ def grade(cache: Path, tmp_path: Path) -> Grade:
 
 def full_points() -> dict[str, float]:
     """Return what every check of TP1 is worth."""
-    return {name[4:]: each.points / 100 for name, each in manifest.load().checks().items()}
+    checks = manifest.load().checks().items()
+    return {name[4:]: each.points / 100 for name, each in checks if name.startswith("tp1.")}
 
 
 def test_the_reference_has_every_point(grade: Grade) -> None:
     """The solution passes every check, and the report says so."""
-    done = grade(ROOT / "reference")
+    done = grade(ROOT / "reference", whole=True)
     assert (done.code, done.err) == (0, "")
-    assert done.points() == full_points()
-    assert (done.results["score"], done.results["max_score"]) == (15, 15)
-    assert "Total provisoire : 15 / 15" in done.out
-    assert "TP2, TP3, TP4, TP5 : pas encore jugés" in done.out
+    assert {each["outcome"] for each in done.results["checks"]} == {"passed"}
+    keys = ("score", "max_score", "bonus", "max_bonus")
+    assert [done.results[key] for key in keys] == [100, 100, 20, 20]
+    assert "Total provisoire : 100 / 100" in done.out
+    assert "Bonus : 20 / 20" in done.out
 
 
 def test_the_skeleton_has_none_and_a_calm_list(grade: Grade, tmp_path: Path) -> None:
@@ -92,13 +97,15 @@ def test_the_skeleton_has_none_and_a_calm_list(grade: Grade, tmp_path: Path) -> 
     folder.mkdir()
     arguments = ["--reference", str(ROOT / "reference"), "--out", str(folder)]
     assert skeleton.main(arguments) == 0
-    done = grade(folder)
+    done = grade(folder, whole=True)
     assert (done.code, done.err) == (0, "")
-    assert done.results["score"] == 0
+    assert (done.results["score"], done.results["bonus"]) == (0, 0)
     assert {each["outcome"] for each in done.results["checks"]} == {"todo"}
+    assert "TP2 - Rayons lumineux et objets : à venir, 30 points" in done.out
     assert "Tout est encore à écrire" in done.out
     assert "Prochaine étape : TP1.1, la fonction fill_red dans main.c" in done.out
     assert "?" not in done.out
+    assert len(done.out.splitlines()) < 30
 
 
 def test_the_handouts_naive_code_has_every_point(grade: Grade, submission: Write) -> None:
@@ -201,7 +208,9 @@ def test_wrong_tables_crash_at_their_line(grade: Grade, submission: Write) -> No
     assert "le pixel (316, 20) vaut (1, 1, 0)" in done.check("fill_circle.clipped")["message"]
     if toolchain.sanitizer_runtime(toolchain.find_compiler()):
         assert done.check("fill_red.every_pixel")["location"] == "main.c:11"
-        assert "lit ou écrit hors du tableau qui lui est donné, dans main.c:11." in done.out
+        assert (
+            "lit ou écrit hors du tableau qui lui est donné, dans fill_red (main.c:11)." in done.out
+        )
 
 
 def test_stubs_and_constants_earn_nothing(grade: Grade, submission: Write) -> None:
@@ -235,6 +244,15 @@ def test_a_marker_left_in_right_code_is_a_note(grade: Grade, submission: Write) 
     assert "Il faut d'abord écrire TP1.3." in done.out
 
 
+def test_what_a_function_prints_is_shown_and_judges_nothing(
+    grade: Grade, submission: Write
+) -> None:
+    """A forged verdict is but a line of text, under the function's own."""
+    done = grade(submission(fill='printf("passed 2 / 2\\n");'))
+    assert "fill_color.every_pixel" not in done.points()
+    assert "    passed 2 / 2\n" in done.out
+
+
 def test_a_missing_function_fails_alone(grade: Grade, submission: Write) -> None:
     """The others keep their points."""
     folder = submission()
@@ -261,7 +279,7 @@ def test_a_part_can_be_asked_for(grade: Grade, submission: Write) -> None:
     assert set(done.points()) == {"fill_rect.inside", "fill_rect.off_screen"}
     assert done.results["partial"] is True
     other = grade(submission(), "--tp", "2")
-    assert (other.code, other.results["checks"]) == (0, [])
+    assert {each["tp"] for each in other.results["checks"]} == {2}
 
 
 @pytest.mark.parametrize(
@@ -327,7 +345,8 @@ def test_without_sanitizers_the_grading_goes_on(
     compiler.write_text(f'#!/bin/sh\ncase "$1" in {answer} esac\n', encoding="utf-8")
     compiler.chmod(0o755)
     folder = submission(fill="for (int k = 0; k < WIDTH * HEIGHT + 99; k++) img[k] = c;")
-    done = grade(folder, CC=str(compiler))
+    # Nobody, as who a sandbox compiles when root asks, cannot read a test's folder.
+    done = grade(folder, "--isolation", "portable", CC=str(compiler))
     assert set(full_points()) - set(done.points()) == {"fill_color.every_pixel"}
     assert done.check("fill_color.every_pixel")["outcome"] == "crashed"
     assert done.out.count("Sans AddressSanitizer") == 1

@@ -133,13 +133,15 @@ def checks_in_the_tests() -> dict[str, str]:
 
 
 def test_manifest_tests_and_sentences_name_the_same_checks() -> None:
-    """Every check has one test, a French title, and a question in both languages."""
+    """Every check has one test, a French title, a question and two hints in both languages."""
     tests = checks_in_the_tests()
     assert set(tests) == set(RULES.checks())
     assert all(tests.values())
     french = sentences("fr")
     assert {key[6:] for key in french if key.startswith("title.")} == set(tests)
     assert {key[9:] for key in french if key.startswith("question.")} == set(tests)
+    hints = {key[5:] for key in french if key.startswith("hint.")}
+    assert hints == {f"{each}.{level}" for each in tests for level in (2, 3)}
 
 
 def placeholders(text: str) -> set[str]:
@@ -159,11 +161,15 @@ def test_both_languages_say_the_same_things() -> None:
 def test_every_sentence_is_asked_for_somewhere() -> None:
     """No sentence without use, no use without sentence, as far as literal keys go."""
     code = "".join(path.read_text(encoding="utf-8") for path in manifest.PACKAGE.glob("*.py"))
-    code += (manifest.PACKAGE / "checks" / "test_tp1.py").read_text(encoding="utf-8")
-    sections = "failure|note|report|submission|machine|usage|death"
+    checks = (manifest.PACKAGE / "checks").glob("*.py")
+    code += "".join(path.read_text(encoding="utf-8") for path in checks)
+    sections = "failure|note|report|submission|machine|usage|death|age|build|refused"
     asked = set(re.findall(rf'["\']((?:{sections})\.[a-zA-Z_]+)["\']', code))
     assert asked <= set(sentences("en"))
-    built = re.compile(r"(death|outcome|question)\.|failure\.(missed|touched|wrong)_pixel")
+    words = re.findall(r'"([a-z]+)"', code)
+    asked |= {f"refused.{word}" for word in words} & set(sentences("en"))
+    sections = "death|outcome|question|hint|isolation|canary"
+    built = re.compile(rf"({sections})\.|failure\.(missed|touched|wrong)_pixel")
     unused = {key for key in sentences("en") if key not in asked and not built.match(key)}
     assert unused == set()
 

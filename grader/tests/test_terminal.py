@@ -26,6 +26,7 @@ def check(number: int, outcome: str, name: str = "a", **other: str) -> dict[str,
     """Return a check of an exercise, as results.json has it."""
     names = {"id": f"tp1.f{number}.{name}", "exercise": f"TP1.{number}", "function": f"f{number}"}
     rest = {"title": f"ligne {name}", "outcome": outcome, "message": f"message {name}", "note": ""}
+    rest["output"] = ""
     return {**names, **rest, "hint": "Question ?", **other}
 
 
@@ -33,15 +34,18 @@ def content(*rows: tuple[dict[str, Any], list[dict[str, Any]]], **other: Any) ->
     """Return the content of results.json with these exercises and checks."""
     exercises = [row for row, _ in rows]
     return {
-        "submission": {"name": "rendu"},
+        "graded_at": "2026-03-02T08:00:00+01:00",
+        "submission": {"name": "rendu", "sources": [], "nearby": []},
+        "isolation": "strong",
         "notes": [],
-        "build": {"ok": True, "warnings": [], "log": ""},
+        "build": {"ok": True, "warnings": [], "log": "", "errors": [], "rejected": {}},
         "score": sum(each["points"] for each in exercises if not each["bonus"]),
         "max_score": sum(each["max_points"] for each in exercises if not each["bonus"]),
         "bonus": sum(each["points"] for each in exercises if each["bonus"]),
         "max_bonus": sum(each["max_points"] for each in exercises if each["bonus"]),
         "incomplete": False,
         "partial": False,
+        "opened_tps": [1, 2, 3],
         "unjudged_tps": [5],
         "exercises": exercises,
         "checks": [each for _, checks in rows for each in checks],
@@ -49,40 +53,157 @@ def content(*rows: tuple[dict[str, Any], list[dict[str, Any]]], **other: Any) ->
     }
 
 
+def source(name: str, moment: str, folder: str = "core_c") -> dict[str, str]:
+    """Return a file of the submission, as results.json has it."""
+    return {"name": name, "path": f"{folder}/{name}", "modified": f"2026-{moment}:00+01:00"}
+
+
+class Terminal(io.StringIO):
+    """A file that is a terminal."""
+
+    def isatty(self) -> bool:
+        """Say so."""
+        return True
+
+
 def shown(report: dict[str, Any], language: str = "fr") -> list[str]:
-    """Return the lines that are printed."""
+    """Return the lines that are printed to a pipe."""
     out = io.StringIO()
     terminal.show(report, PATH, Texts(language), out)
     return out.getvalue().splitlines()
 
 
-def test_one_line_per_exercise_with_bars_and_totals() -> None:
-    """Columns are aligned, decimals are French, bonuses stand apart."""
-    lines = shown(
-        content(
-            (exercise(1, "passed", 4), [check(1, "passed")]),
-            (exercise(2, "failed", 2.5), [check(2, "failed")]),
-            (exercise(3, "todo", 0, bonus=True), [check(3, "todo")]),
-        )
-    )
+def on_screen(
+    report: dict[str, Any], monkeypatch: pytest.MonkeyPatch, columns: int = 120
+) -> list[str]:
+    """Return the lines that are printed to a terminal, with their colours."""
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setenv("COLUMNS", str(columns))
+    for name in ("NO_COLOR", "FORCE_COLOR"):
+        monkeypatch.delenv(name, raising=False)
+    out = Terminal()
+    terminal.show(report, PATH, Texts("fr"), out)
+    return out.getvalue().splitlines()
+
+
+def plain(lines: list[str]) -> list[str]:
+    """Return lines without their colours."""
+    return [re.sub(r"\x1b\[[\d;]*m", "", line) for line in lines]
+
+
+THREE = (
+    (exercise(1, "passed", 4), [check(1, "passed")]),
+    (exercise(2, "failed", 2.5), [check(2, "failed")]),
+    (exercise(3, "todo", 0, bonus=True), [check(3, "todo")]),
+)
+
+
+def test_one_line_per_exercise_and_totals() -> None:
+    """Columns are aligned, decimals are French, bonuses stand apart; piped, nothing is drawn."""
+    lines = shown(content(*THREE))
     assert lines[2:6] == [
         "TP1 - Images",
+        "  juste     TP1.1  titre 1  f1  4 / 4",
+        "  à revoir  TP1.2  titre 2  f2  2,5 / 4",
+        "  à faire   TP1.3  titre 3  f3  0 / 4 bonus",
+    ]
+    assert "Total provisoire : 6,5 / 8" in lines
+    assert "TP5 : pas encore jugé par cette version du correcteur." in lines
+    with_bonus = shown(content((exercise(1, "passed", 4, bonus=True), [check(1, "passed")])))
+    assert "Bonus : 4 / 4" in with_bonus
+
+
+def test_a_terminal_has_bars_and_colours(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The words are the same; what is to do has no colour."""
+    lines = on_screen(content(*THREE), monkeypatch)
+    assert plain(lines)[3:6] == [
         "  juste     TP1.1  titre 1  f1  ██████████  4 / 4",
         "  à revoir  TP1.2  titre 2  f2  ██████····  2,5 / 4",
         "  à faire   TP1.3  titre 3  f3  ··········  0 / 4 bonus",
     ]
-    assert "Total provisoire : 6,5 / 8" in lines
-    assert "Bonus : 0 / 4" in lines
-    assert "TP5 : pas encore jugé par cette version du correcteur." in lines
+    assert "\x1b[" in lines[3]
+    assert lines[5] == plain(lines)[5]
 
 
-def test_failures_are_explained_and_crashes_once() -> None:
-    """Each failure has message and question; a function that crashes everywhere says so once."""
+def test_a_narrow_terminal_cuts_titles_and_folds_sentences(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Nothing is longer than the terminal is wide; the points are always there."""
+    row = exercise(1, "failed", 2, title="Un titre qui est vraiment bien long pour un terminal")
+    report = content((row, [check(1, "failed", message="mot " * 40)]))
+    lines = plain(on_screen(report, monkeypatch, columns=60))
+    assert max(map(len, lines)) <= 60
+    assert lines[3].startswith("  à revoir  TP1.1  Un titre")
+    assert "…" in lines[3]
+    assert lines[3].endswith("  2 / 4")
+    folded = [line for line in lines if line.startswith("  mot mot")]
+    assert len(folded) == 3
+
+
+def test_each_file_comes_with_its_age() -> None:
+    """Counted from the grading; a version nearby is named, more so when it is newer."""
+    files = [source("main.c", "03-02T07:57"), source("raytracer.c", "02-27T08:00")]
+    files += [source("raytracer.h", "03-01T08:00"), source("octree.c", "01-30T12:00")]
+    nearby = [source("main.c", "03-02T07:59", "vieux"), source("octree.c", "01-30T11:00", "old")]
+    submission = {"name": "rendu", "sources": files, "nearby": nearby}
+    assert shown(content(submission=submission))[1:7] == [
+        "  core_c/main.c       modifié il y a 3 min",
+        "  core_c/raytracer.c  modifié il y a 3 j",
+        "  core_c/raytracer.h  modifié il y a 24 h",
+        "  core_c/octree.c     modifié le 2026-01-30",
+        "Autre version, plus récente : vieux/main.c, modifié il y a 1 min. "
+        "Est-ce celle que vous vouliez faire juger ?",
+        "Autre version : old/octree.c, modifié le 2026-01-30.",
+    ]
+
+
+def test_later_and_closed_tps_fold_into_a_line() -> None:
+    """The current TP is shown whole; those to come, and those not open, in a line."""
+    rows = [
+        (exercise(number, outcome, 0, tp=tp), [check(number, outcome)])
+        for number, (tp, outcome) in enumerate(
+            [(1, "failed"), (2, "todo"), (2, "blocked"), (3, "crashed"), (4, "todo"), (5, "todo")]
+        )
+    ]
+    lines = shown(content(*rows))
+    titles = [line for line in lines if line.startswith(("TP1 -", "TP2 -", "TP3 -", "Pas encore"))]
+    assert titles == [
+        "TP1 - Images",
+        "TP3 - Lumière et matière",
+        "TP2 - Rayons lumineux et objets : à venir, 8 points",
+        "Pas encore ouverts : TP4, TP5.",
+    ]
+    every = shown(content(*rows, partial=True))
+    assert sum(line.startswith("TP") and " - " in line for line in every) >= 5
+
+
+def test_the_first_failure_of_each_exercise_is_explained() -> None:
+    """With message and question, and how to see the others; a part that is asked for, whole."""
     rows = [check(1, "crashed", "a"), check(1, "crashed", "b"), check(1, "failed", "c")]
     lines = shown(content((exercise(1, "crashed", 0), rows)))
-    assert "TP1.1 f1 - ligne a" in lines
+    at = lines.index("TP1.1 f1 - ligne a")
+    more = "  (autres vérifications à revoir : 2 ; pour les voir : make grade K=f1)"
+    assert lines[at + 1 :][:3] == ["  message a", "  Question ?", more]
+    assert "TP1.1 f1 - ligne c" not in lines
+    lines = shown(content((exercise(1, "crashed", 0), rows), partial=True))
     assert "TP1.1 f1 - ligne b" not in lines
     assert lines[lines.index("TP1.1 f1 - ligne c") + 1 :][:2] == ["  message c", "  Question ?"]
+
+
+def test_what_was_printed_is_shown() -> None:
+    """Its first lines, as text and never as orders to the terminal."""
+    printed = "".join(f"ligne {k}\x07\n" for k in range(9))
+    lines = shown(content((exercise(1, "failed", 0), [check(1, "failed", output=printed)])))
+    at = lines.index("  Ce que votre programme a affiché :")
+    assert lines[at + 1 :][:6] == [*(f"    ligne {k}\ufffd" for k in range(5)), ""]
+
+
+def test_no_wall_of_failures() -> None:
+    """Beyond a screenful, exercises are named only."""
+    rows = [(exercise(k, "failed", 0), [check(k, "failed")]) for k in range(10)]
+    lines = shown(content(*rows))
+    assert sum(line == "  message a" for line in lines) == 8
+    assert "À revoir aussi : TP1.8, TP1.9." in lines
 
 
 def test_the_next_step_is_the_first_that_can_be_done() -> None:
@@ -99,15 +220,38 @@ def test_the_next_step_is_the_first_that_can_be_done() -> None:
     assert "Tout est encore à écrire : c'est le point de départ." not in lines
 
 
-def test_a_long_compiler_log_is_cut() -> None:
-    """The first messages are shown, and where the rest is; checks have nothing to add."""
-    log = "".join(f"main.c:{k}: error\n" for k in range(40))
-    build = {"ok": False, "warnings": ["main.c:1: warning: w", "note"], "log": log}
+def test_a_file_that_does_not_compile_shows_its_first_errors() -> None:
+    """Three of them, with the source line; its checks have nothing to add, nor to be done next."""
+    error = {"file": "main.c", "line": 1, "meaning": "Un point-virgule ?"}
+    errors = [{**error, "lines": [f"main.c:{k}: error", f"  {k} | x"]} for k in range(5)]
+    build = {"ok": False, "errors": errors, "rejected": {"main.c": "-"}, "log": "", "warnings": []}
     lines = shown(content((exercise(1, "failed", 0), [check(1, "failed")]), build=build))
-    assert lines[3:5] == ["  main.c:0: error", "  main.c:1: error"]
-    assert "... et 10 lignes de plus dans build/grade/results.json" in lines
-    assert "  main.c:1: warning: w" in lines
+    assert lines[2:6] == [
+        "main.c ne compile pas encore ; les autres fichiers sont jugés sans lui.",
+        "  main.c:0: error",
+        "    0 | x",
+        "  Un point-virgule ?",
+    ]
+    assert "  ... et 2 de plus dans build/grade/results.json" in lines
     assert "  message a" not in lines
+    assert "Prochaine étape : faire compiler main.c. Puis : make grade" in lines
+
+
+def test_warnings_are_listed_by_their_first_line() -> None:
+    """A handful of them."""
+    warnings = [f"main.c:{k}: warning: w\n  {k} | x" for k in range(7)]
+    build = {"ok": True, "errors": [], "rejected": {}, "log": "", "warnings": warnings}
+    lines = shown(content((exercise(1, "passed", 4), [check(1, "passed")]), build=build))
+    assert "  main.c:4: warning: w" in lines
+    assert "  ... et 2 de plus dans build/grade/results.json" in lines
+    assert not any("| x" in line for line in lines)
+
+
+def test_what_waits_makes_the_total_a_lower_bound() -> None:
+    """Provisional, and "at least"."""
+    rows = [check(1, "blocked", note="Il faut d'abord écrire TP1.2.")]
+    lines = shown(content((exercise(1, "blocked", 0), rows)), "en")
+    assert any(line.startswith("Provisional total: at least 0 / 4") for line in lines)
 
 
 def test_an_incomplete_or_partial_report_says_so() -> None:
@@ -121,20 +265,6 @@ def test_an_incomplete_or_partial_report_says_so() -> None:
 
 def test_control_characters_of_a_submission_are_not_obeyed() -> None:
     """A file's name or a message cannot clear the screen or colour it."""
-    lines = shown(content(submission={"name": "a\x1b[2Jb\rc"}))
+    submission = {"name": "a\x1b[2Jb\rc", "sources": [], "nearby": []}
+    lines = shown(content(submission=submission))
     assert lines[0] == "Rendu : a�[2Jb�c"
-
-
-def test_colours_change_nothing_of_the_text(monkeypatch: pytest.MonkeyPatch) -> None:
-    """On a terminal the same lines come, with styles around them; what is to do has none."""
-    report = content(
-        (exercise(1, "crashed", 0), [check(1, "crashed")]),
-        (exercise(2, "todo", 0), [check(2, "todo")]),
-    )
-    plain = shown(report)
-    monkeypatch.setenv("FORCE_COLOR", "1")
-    monkeypatch.setenv("TERM", "xterm")
-    colored = shown(report)
-    assert [re.sub(r"\x1b\[[\d;]*m", "", line) for line in colored] == plain
-    assert colored[3] != plain[3]
-    assert colored[4] == plain[4]

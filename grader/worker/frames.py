@@ -2,11 +2,18 @@
 
 A frame is a head of 12 bytes (length of the JSON, length of the raw bytes), a JSON object, and raw
 bytes. Requests of the parent to the worker, each answered by one reply:
-    library  {key, path, sanitized} + cdef  declares a library
-    fork     {key, cpu, memory}             starts a session -> pid; four descriptors come with it:
+    lock     {machine, paths} + code        shuts the worker in: root becomes nobody; unless machine
+                                            is "", its sessions may make the system calls of that
+                                            list only, and read these paths
+    library  {key, path, sanitized} + code  declares a library; the code makes cffi's `ffi`
+    fork     {key, cpu, space}              starts a session -> pid; four descriptors come with it:
                                             the session's socket, files for stdout and stderr, the
-                                            page
-    reap     {pid, grace}                   ends a session -> wait status, CPU seconds
+                                            page; space: bytes of addresses, 0 for no limit
+    reap     {pid, grace, ask}              ends a session -> wait status, CPU seconds; ask: first
+                                            have it note where it is
+    release  {pid, grace}                   lets a session end by itself, and buries it later
+The worker's first frame, "ready", answers no request; a session's first, "locked", says that the
+submission's code comes now.
 Requests of the parent to a session:
     call     {function, count, parameters} + arguments   -> results, tables afterwards
     get      {name, size}                   -> bytes of a global variable
@@ -15,10 +22,11 @@ Requests of the parent to a session:
     peek     {address, size}                -> bytes of the session's memory
     close    {}                             ends the session, without a reply
 A reply is {"is": KIND} and bytes: done; refused (the request makes no sense, or asks for what the
-library lacks: "missing: NAME"); stray (the code wrote just before a table); unloadable.
+library lacks: "missing: NAME"); stray (the code wrote just before a table); memory (none is left);
+unloadable.
 
 The page is memory shared with the session's process, which a crash leaves as it is: MRT_TODO's
-markers, then the number of the call that runs.
+markers, the number of the call that runs, and where the code was when a signal came (watch.c).
 """
 
 from __future__ import annotations
@@ -34,8 +42,11 @@ HEAD = struct.Struct("<IQ")
 EXITED = struct.Struct("<id")  # wait status, CPU seconds
 COUNTER = struct.Struct("<I")
 TODO_BYTES = 128
-PAGE_BYTES = TODO_BYTES + COUNTER.size
-MAX_JSON_BYTES = 1 << 22
+TRACE_OFFSET = 136  # a multiple of 8
+FRAMES = 32
+TRACE = struct.Struct(f"=QQII{FRAMES}Q")  # library's address, instruction, signal, count, callers
+PAGE_BYTES = TRACE_OFFSET + TRACE.size
+MAX_JSON_BYTES = 1 << 16
 DESCRIPTORS = 4  # that come with a fork request
 
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import mmap
 import struct
 from collections.abc import Callable
 from typing import Any
 
-from grader.worker.frames import COUNTER, TODO_BYTES
+from grader.worker.frames import COUNTER, TODO_BYTES, TRACE_OFFSET
 
 GUARDED_BYTES = 4096  # tables of at least this size end at a guard page
 CANARY = 0xA5
@@ -16,6 +17,7 @@ LIBC = """
 void *malloc(size_t size);
 void free(void *memory);
 int mprotect(void *start, size_t length, int protection);
+int fflush(void *stream);
 """
 
 
@@ -74,13 +76,16 @@ class Table:
 class Session:
     """The child's side of a session: one loaded library."""
 
-    def __init__(self, ffi: Any, path: str, page: mmap.mmap, guarded: bool) -> None:
-        self._ffi, self._page, self._guarded = ffi, page, guarded
+    def __init__(self, ffi: Any, path: str, page: mmap.mmap, sanitized: bool) -> None:
+        self._ffi, self._page, self._guarded = ffi, page, not sanitized
         self._libc = ffi.dlopen(None)
         self._lib = ffi.dlopen(path, ffi.RTLD_LAZY)
         self._buffers: list[Table] = []
         self._todo = ffi.from_buffer("unsigned char[]", page)
-        self._lib.todo_page = self._todo
+        # A library that is no submission has no exercises.
+        with contextlib.suppress(ffi.error, AttributeError):
+            self._lib.todo_page = self._todo
+        self._lib.mrt_watch(self._todo + TRACE_OFFSET, sanitized)
 
     def call(self, head: dict[str, Any], payload: bytes) -> bytes:
         """Call a function `count` times; return the results, then each "table" as it is afterwards.
@@ -91,7 +96,7 @@ class Session:
         """
         try:
             function = getattr(self._lib, head["function"])
-        except AttributeError as error:
+        except self._ffi.error as error:
             raise Refused(f"missing: {head['function']}") from error
         ctype, count = self._ffi.typeof(function), head["count"]
         columns = self._columns(head["parameters"], ctype.args, payload, count)
@@ -109,6 +114,7 @@ class Session:
                     pieces.append(each.content())
                     each.free()
         data = b"" if results is None else bytes(self._ffi.buffer(results))
+        self._libc.fflush(self._ffi.NULL)  # what was printed is kept, even if the next call crashes
         return data + b"".join(piece for pieces in after for piece in pieces)
 
     def _columns(
@@ -150,7 +156,7 @@ class Session:
     def _variable(self, head: dict[str, Any]) -> Any:
         try:
             pointer = self._ffi.addressof(self._lib, head["name"])
-        except AttributeError as error:
+        except self._ffi.error as error:
             raise Refused(f"missing: {head['name']}") from error
         return self._ffi.cast("char *", pointer)
 

@@ -1,0 +1,46 @@
+"""cffi's declarations, made ready once, so that a worker needs neither a parser nor its time."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import tempfile
+from functools import cache
+from pathlib import Path
+
+import cffi
+from cffi import recompiler
+
+
+def abi_source(cdef: str, folder: Path | None = None) -> bytes:
+    """Return Python code that makes `ffi`, with these declarations, of cffi's compiled part alone.
+
+    It is kept in `folder`, when one is given and can be written.
+    """
+    if folder is None:
+        return _generate(cdef)
+    kept = folder / f"{hashlib.sha256((cffi.__version__ + cdef).encode()).hexdigest()[:24]}.py"
+    try:
+        return kept.read_bytes()
+    except OSError:
+        source = _generate(cdef)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        handle, part = tempfile.mkstemp(dir=folder)
+        with os.fdopen(handle, "wb") as out:
+            out.write(source)
+        os.replace(part, kept)
+    except OSError:
+        pass  # a cache that cannot be written costs time, nothing else
+    return source
+
+
+@cache
+def _generate(cdef: str) -> bytes:
+    ffi = cffi.FFI()
+    ffi.cdef(cdef)
+    ffi.set_source("mrt_abi", None)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "mrt_abi.py"
+        recompiler.make_py_source(ffi, "mrt_abi", str(path))
+        return path.read_bytes()

@@ -1,0 +1,197 @@
+"""The parent's side of a session: asking, hearing, and saying how its process ended.
+
+Every wait has a deadline. Whatever comes back may be the submission's own work: it is checked for
+its length, and is never more than a wrong answer or none.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import signal
+import socket
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import IO, Any
+
+from grader.isolation.trace import Place, from_page, from_report
+from grader.records import Cause, Death
+from grader.worker import frames
+
+ANSWER_SECONDS = 20  # for the worker itself, which runs no code but ours
+GRACE_SECONDS = 1  # between the end of a session's socket and the end of its process
+UBSAN_EXIT = 1
+MAX_TEXT = 20_000  # characters of output that are kept
+
+# Ends the session's process after so many seconds, having it note where it is first if so asked;
+# returns its wait status and CPU seconds.
+Reap = Callable[[float, bool], tuple[int, float]]
+Release = Callable[[float], None]  # lets it end by itself in so many seconds
+
+_SANITIZER = re.compile(r"ERROR: AddressSanitizer:? ([\w-]+)|(?:\S+): runtime error: (.*)")
+_RUNTIME_ERROR = re.compile(r"^(?:\./)?([\w.]+\.[ch]):(\d+):\d+: runtime error", re.MULTILINE)
+
+
+class MachineError(Exception):
+    """The worker failed without running the submission: the grader's or the machine's fault."""
+
+
+class Died(Exception):
+    """The process that ran the submission is gone; `death` says how."""
+
+    def __init__(self, death: Death) -> None:
+        super().__init__(f"{death.cause.value} {death.word} {death.location}".strip())
+        self.death = death
+
+
+class Missing(Exception):
+    """The submission lacks this function or global variable."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(name)
+        self.name = name
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Bounds of one session: CPU seconds, and bytes of memory beyond what the worker uses."""
+
+    cpu: float = 10.0
+    memory: int = 512 << 20
+
+    @property
+    def wall(self) -> float:
+        """Seconds of waiting for one answer: generous, a loaded machine is not the code's fault."""
+        return 3 * self.cpu + 2
+
+
+def printable(text: str) -> str:
+    """Return a text without the control characters that could fool a terminal."""
+    return "".join(each if each.isprintable() or each in "\n\t" else "�" for each in text)
+
+
+class Channel:
+    """The parent's side of one session."""
+
+    def __init__(
+        self,
+        reap: Reap,
+        release: Release,
+        sock: socket.socket,
+        files: Sequence[IO[bytes]],
+        limits: Limits,
+        library: str,
+    ) -> None:
+        self._reap, self._release, self._sock = reap, release, sock
+        self._files, self._limits, self._library = files, limits, library
+        self._ended = False
+
+    def begin(self) -> None:
+        """Wait until the library is loaded.
+
+        Raises MachineError when the process was not shut in, and Died as `ask` does.
+        """
+        deadline = time.monotonic() + ANSWER_SECONDS
+        try:
+            head, _ = frames.read_frame(self._sock, 0, deadline)
+        except (OSError, EOFError, ValueError) as error:
+            raise MachineError(f"a session is not shut in: {error!r}") from error
+        if head.get("is") != "locked":
+            raise MachineError("a session is not shut in")
+        self.hear(0)
+
+    def ask(self, head: dict[str, Any], size: int, payload: bytes = b"") -> bytes:
+        """Send a request and return its answer of exactly `size` bytes.
+
+        Raises Died, or Missing; ValueError when the session is over.
+        """
+        if self._ended:
+            raise ValueError("the session is over")
+        try:
+            self._sock.settimeout(self._limits.wall)
+            frames.write_frame(self._sock, head, payload)
+        except OSError:
+            pass  # it has died: hearing says how
+        return self.hear(size, head.get("function") or head.get("name") or "")
+
+    def hear(self, size: int, name: str = "") -> bytes:
+        """Wait for an answer of `size` bytes, about the thing of that name.
+
+        All that comes may be the submission's own work: no answer is the grader's fault.
+        """
+        deadline = time.monotonic() + self._limits.wall
+        try:
+            head, answer = frames.read_frame(self._sock, max(size, MAX_TEXT), deadline)
+        except TimeoutError:
+            raise Died(self._bury(0, Cause.TIMEOUT)) from None
+        except (OSError, EOFError, ValueError, RecursionError):
+            raise Died(self._bury(GRACE_SECONDS, Cause.EXIT)) from None
+        kind = head.get("is")
+        if kind == "done" and len(answer) == size:
+            return answer
+        text = printable(answer[:MAX_TEXT].decode(errors="replace"))
+        if kind == "refused" and name and text == f"missing: {name}":
+            raise Missing(name)
+        causes = {"stray": Cause.STRAY_WRITE, "unloadable": Cause.LOAD, "memory": Cause.MEMORY}
+        death = self._bury(0, causes.get(str(kind), Cause.EXIT))
+        raise Died(replace(death, text=text or death.text))
+
+    def marks(self) -> bytes:
+        """Return the page of MRT_TODO markers, one byte each, even after a crash."""
+        return self._page()[: frames.TODO_BYTES]
+
+    def output(self) -> str:
+        """Return the beginning of what the code wrote on stderr, then stdout."""
+        parts = [os.pread(self._files[k].fileno(), MAX_TEXT, 0) for k in (1, 0)]
+        return printable("".join(part.decode(errors="replace") for part in parts))
+
+    def close(self) -> None:
+        """End the session."""
+        if self._ended:
+            return
+        self._ended = True
+        with contextlib.suppress(OSError):
+            self._sock.settimeout(GRACE_SECONDS)
+            frames.write_frame(self._sock, {"do": "close"})
+        self._release(GRACE_SECONDS)
+
+    def _page(self) -> bytes:
+        # Read, not mapped: the code may have shortened the file, which would kill who maps it.
+        page = os.pread(self._files[2].fileno(), frames.PAGE_BYTES, 0)
+        return page.ljust(frames.PAGE_BYTES, b"\0")
+
+    def _bury(self, grace: float, cause: Cause) -> Death:
+        """End the process, and say why it died; `cause` when its end does not tell."""
+        self._ended = True
+        status, cpu = self._reap(grace, cause is Cause.TIMEOUT)
+        page, text = self._page(), self.output()
+        (case,) = frames.COUNTER.unpack_from(page, frames.TODO_BYTES)
+        code = os.waitstatus_to_exitcode(status)
+        # Code that ignores the first signal is killed by the kernel a second later.
+        if code == -signal.SIGXCPU or (code == -signal.SIGKILL and cpu >= self._limits.cpu):
+            cause = Cause.TIMEOUT
+        if cause in (Cause.LOAD, Cause.STRAY_WRITE, Cause.MEMORY):
+            return Death(cause, case=case, text=text)
+        word = ""
+        report = _SANITIZER.search(text)
+        # Where UBSan cannot read its settings it ends by exit instead of a signal. What answered
+        # nonsense, or stayed without an answer, was killed from here.
+        reported = report is not None and code == UBSAN_EXIT
+        if cause is not Cause.TIMEOUT and (reported or (code < 0 and code != -signal.SIGKILL)):
+            cause, word = Cause.SIGNAL, signal.Signals(-code).name if code < 0 else ""
+            if report:
+                word = report[1] or f"runtime error: {report[2]}"
+        code = max(code, 0) if cause is Cause.EXIT else 0
+        place = _place(self._library, page, text)
+        return Death(cause, word, code, case, place.location, text, place.function)
+
+
+def _place(library: str, page: bytes, text: str) -> Place:
+    """Return where the code was: as a sanitizer reports it, else as the shim noted it."""
+    place = from_report(library, text)
+    if not place.location:
+        place = from_page(library, page)
+    found = _RUNTIME_ERROR.search(text)
+    return Place(place.function, f"{found[1]}:{found[2]}") if found else place

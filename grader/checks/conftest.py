@@ -1,0 +1,37 @@
+"""`pytest grader/checks --submission PATH`: the checks alone, with pytest's own report.
+
+Under `python -m grader` the plugin is there already, and nothing happens here.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from grader import expected, manifest
+from grader.intake import read_submission
+from grader.judge import SIZES
+from grader.plugin import GraderPlugin
+from grader.texts import Texts, preferred
+from grader.workshop import Workshop
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Declare the options of a run without the command line."""
+    group = parser.getgroup("grader")
+    group.addoption("--submission", type=Path, default=manifest.CORE, metavar="PATH")
+    group.addoption("--expected", type=Path, default=expected.FOLDER, metavar="DIR")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Build the submission and hand it to the checks, unless the command line has done so."""
+    if any(isinstance(each, GraderPlugin) for each in config.pluginmanager.get_plugins()):
+        return
+    submission = read_submission(config.getoption("submission"))
+    cache = manifest.ROOT / "build" / "cache"
+    workshop = Workshop(submission, SIZES, cache)
+    config.add_cleanup(workshop.close)
+    folder = config.getoption("expected")
+    plugin = GraderPlugin(workshop, manifest.load(), None, folder, Texts(preferred()))
+    config.pluginmanager.register(plugin, "grader")

@@ -1,0 +1,122 @@
+"""TP3 - light and matter: Blinn-Phong, the sum of the lights, patterns.
+
+`shade` and `direct_light` are judged without Fresnel; answers that have it already are accepted.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from grader.checks.common import check_results
+from grader.compare import far
+from grader.judge import Student
+
+# ---- TP3.1: shade -------------------------------------------------------------------------------
+
+
+@pytest.mark.check("tp3.shade.diffuse")
+def test_shade_diffuse(student: Student) -> None:
+    """Without specular colour: the light's colour times n.l times kd over pi."""
+    check_results(student, "shade.diffuse")
+
+
+@pytest.mark.check("tp3.shade.lobe")
+def test_shade_lobe(student: Student) -> None:
+    """Without diffuse colour: the specular lobe around h, with its factor (s + 8) / (8 pi)."""
+    check_results(student, "shade.lobe")
+
+
+@pytest.mark.check("tp3.shade.both")
+def test_shade_both(student: Student) -> None:
+    """Both parts together, in colour."""
+    check_results(student, "shade.both")
+
+
+@pytest.mark.check("tp3.shade.back")
+def test_shade_back(student: Student) -> None:
+    """A light behind the surface gives black."""
+    check_results(student, "shade.back")
+
+
+@pytest.mark.check("tp3.shade.far_lobe")
+def test_shade_far_lobe(student: Student) -> None:
+    """When h.n is negative the lobe adds nothing."""
+    check_results(student, "shade.far_lobe")
+
+
+# ---- TP3.2: direct_light ------------------------------------------------------------------------
+
+
+@pytest.mark.check("tp3.direct_light.one")
+def test_direct_light_one(student: Student) -> None:
+    """With one light: what shade gives for the unit direction towards it."""
+    check_results(student, "direct_light.one")
+
+
+@pytest.mark.check("tp3.direct_light.sum")
+def test_direct_light_sum(student: Student) -> None:
+    """With several lights: the sum of what each gives."""
+    check_results(student, "direct_light.sum")
+
+
+@pytest.mark.check("tp3.direct_light.bright")
+def test_direct_light_bright(student: Student) -> None:
+    """The sum is not limited to 1."""
+    check_results(student, "direct_light.bright")
+
+
+@pytest.mark.check("tp3.direct_light.none")
+def test_direct_light_none(student: Student) -> None:
+    """Without any light: black."""
+    check_results(student, "direct_light.none")
+
+
+# ---- TP3.B1: checker_color, TP3.B2: texture_color -----------------------------------------------
+
+
+@pytest.mark.check("tp3.checker_color.positive")
+def test_checker_color_positive(student: Student) -> None:
+    """Cubes of side 1 change colour along x, y and z."""
+    check_results(student, "checker_color.positive")
+
+
+@pytest.mark.check("tp3.checker_color.negative")
+def test_checker_color_negative(student: Student) -> None:
+    """On the negative side the cubes go on changing, without a double one at zero."""
+    check_results(student, "checker_color.negative")
+
+
+@pytest.mark.check("tp3.checker_color.placed")
+def test_checker_color_placed(student: Student) -> None:
+    """The pattern starts at pattern_origin, with cubes of side pattern_size."""
+    check_results(student, "checker_color.placed")
+
+
+@pytest.mark.check("tp3.texture_color.texel")
+def test_texture_color_texel(student: Student) -> None:
+    """Around the unit sphere, each direction has its texel."""
+    check_results(student, "texture_color.texel")
+
+
+@pytest.mark.check("tp3.texture_color.scaled")
+def test_texture_color_scaled(student: Student) -> None:
+    """The sphere may be anywhere and of any size."""
+    check_results(student, "texture_color.scaled")
+
+
+@pytest.mark.check("tp3.texture_color.seam")
+def test_texture_color_seam(student: Student) -> None:
+    """At the poles and on the seam, a texel of the image's border is read, none outside it."""
+    for trial in student.trials("texture_color.seam"):
+        texels = trial.batch.globals["texels"]
+        border = np.concatenate([texels[0], texels[-1], texels[:, 0], texels[:, -1]])
+        got = trial.got("result")
+        known = [~far(got, np.broadcast_to(each, got.shape), 1e-5) for each in border]
+        trial.complain(~np.logical_or.reduce(known), "failure.no_texel", got=got)
+
+
+@pytest.mark.check("tp3.texture_color.missing")
+def test_texture_color_missing(student: Student) -> None:
+    """Without a texture: kd."""
+    check_results(student, "texture_color.missing")

@@ -1,0 +1,164 @@
+"""TP4 - shadows and mirrors, and the octree."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from grader.bounces import expect_fresh, expect_origin
+from grader.checks.common import check_results
+from grader.compare import unit
+from grader.expected import Batch, prepare
+from grader.judge import Bench, Student, Trial, Wrong
+from grader.runner import Address
+from grader.show import setting
+
+# ---- TP4.1: in_shadow ---------------------------------------------------------------------------
+
+
+@pytest.mark.check("tp4.in_shadow.blocked")
+def test_in_shadow_blocked(student: Student) -> None:
+    """An object between the point and the light bars the way; elsewhere it does not."""
+    check_results(student, "in_shadow.blocked")
+
+
+@pytest.mark.check("tp4.in_shadow.beyond")
+def test_in_shadow_beyond(student: Student) -> None:
+    """An object beyond the light bars nothing."""
+    check_results(student, "in_shadow.beyond")
+
+
+@pytest.mark.check("tp4.in_shadow.behind")
+def test_in_shadow_behind(student: Student) -> None:
+    """An object behind the point bars nothing."""
+    check_results(student, "in_shadow.behind")
+
+
+@pytest.mark.check("tp4.in_shadow.own_surface")
+def test_in_shadow_own_surface(student: Student) -> None:
+    """The surface on which the point lies does not bar its own light."""
+    check_results(student, "in_shadow.own")
+
+
+@pytest.mark.check("tp4.in_shadow.at_light")
+def test_in_shadow_at_light(student: Student) -> None:
+    """A light at the point itself is not barred."""
+    check_results(student, "in_shadow.at_light")
+
+
+@pytest.mark.check("tp4.in_shadow.used")
+def test_in_shadow_used(student: Student) -> None:
+    """direct_light leaves out the lights that are barred, and those only."""
+    check_results(student, "in_shadow.used")
+
+
+# ---- TP4.2: reflected_ray -----------------------------------------------------------------------
+
+
+@pytest.mark.check("tp4.reflected_ray.direction")
+def test_reflected_ray_direction(student: Student) -> None:
+    """The direction is reflected about the normal."""
+    for trial in student.trials("reflected_ray.unit"):
+        trial.expect("out.dir", by=unit)
+
+
+@pytest.mark.check("tp4.reflected_ray.unit")
+def test_reflected_ray_unit(student: Student) -> None:
+    """The new direction is unit, even when the ray that arrives has none such."""
+    for trial in student.trials("reflected_ray.scaled"):
+        trial.expect("out.dir")
+
+
+@pytest.mark.check("tp4.reflected_ray.origin")
+def test_reflected_ray_origin(student: Student) -> None:
+    """The new ray starts at the point hit, a little off the surface."""
+    for trial in student.trials("reflected_ray.unit"):
+        expect_origin(trial, np.ones(trial.batch.count, bool))
+
+
+@pytest.mark.check("tp4.reflected_ray.depth")
+def test_reflected_ray_depth(student: Student) -> None:
+    """The depth is one more than that of the ray that arrives."""
+    for trial in student.trials("reflected_ray.unit"):
+        trial.expect("out.depth")
+
+
+@pytest.mark.check("tp4.reflected_ray.fresh")
+def test_reflected_ray_fresh(student: Student) -> None:
+    """The new ray has a range of its own, and goes on with the seed."""
+    for trial in student.trials("reflected_ray.unit"):
+        expect_fresh(trial, np.ones(trial.batch.count, bool))
+        trial.expect("out.seed")
+
+
+# ---- TP4.3: mirror_color ------------------------------------------------------------------------
+
+
+@pytest.mark.check("tp4.mirror_color.sky")
+def test_mirror_color_sky(student: Student) -> None:
+    """Under an empty sky: the mirror's coefficient times the sky."""
+    check_results(student, "mirror_color.sky")
+
+
+@pytest.mark.check("tp4.mirror_color.object")
+def test_mirror_color_object(student: Student) -> None:
+    """The mirror shows the object that the reflected ray meets."""
+    check_results(student, "mirror_color.object")
+
+
+@pytest.mark.check("tp4.mirror_color.depth")
+def test_mirror_color_depth(student: Student) -> None:
+    """After max_depth bounces the mirror adds nothing more."""
+    check_results(student, "mirror_color.depth")
+
+
+# ---- TP4.B1: the octree -------------------------------------------------------------------------
+
+
+def walk(bench: Bench, batch: Batch) -> Trial:
+    """Build the tree of a scene, as scene_changed does, and search it.
+
+    Raises Wrong when there is no tree.
+    """
+    prepare(bench.session, bench.core, batch)
+    bench.call("scene_changed", f"octree_build(scene, object_count){setting(batch)}")
+    root = int(bench.session.get("scene_octree"))
+    if not root:
+        raise Wrong("failure.no_tree", setting=setting(batch).strip())
+    return bench.again(replace(batch, function="octree_intersect"), node=Address(root))
+
+
+def walks(student: Student, suite: str) -> list[Trial]:
+    """Search the trees of a suite's scenes."""
+    with student.bench() as bench:
+        return [walk(bench, batch) for batch in student.batches(suite)]
+
+
+@pytest.mark.check("tp4.octree.overlap")
+def test_octree_overlap(student: Student) -> None:
+    """Objects that touch a box overlap it, those that are far do not, and planes never do."""
+    check_results(student, "octree.overlap")
+
+
+@pytest.mark.check("tp4.octree.hits")
+def test_octree_hits(student: Student) -> None:
+    """The tree gives the same hits as the whole list."""
+    for trial in walks(student, "octree.hits"):
+        trial.expect("result", "r.tmax", "it.mat.kd")
+
+
+@pytest.mark.check("tp4.octree.misses")
+def test_octree_misses(student: Student) -> None:
+    """When nothing is met, nothing changes."""
+    for trial in walks(student, "octree.misses"):
+        trial.expect("result", where=trial.refused)
+        trial.expect_kept("r", "it", where=trial.refused)
+
+
+@pytest.mark.check("tp4.octree.planes")
+def test_octree_planes(student: Student) -> None:
+    """Planes stay out of the tree."""
+    for trial in walks(student, "octree.planes"):
+        trial.expect("result")

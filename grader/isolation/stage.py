@@ -1,0 +1,58 @@
+"""The folder with everything that a worker may read: its own files and cffi's compiled part.
+
+Neither the rest of the grader, nor expected data, nor the reference.
+"""
+
+from __future__ import annotations
+
+import atexit
+import os
+import py_compile
+import shutil
+import tempfile
+from functools import cache
+from pathlib import Path
+
+import _cffi_backend
+
+import grader
+from grader import worker
+from grader.abi import abi_source
+from grader.worker.lockdown import LIBC
+
+
+@cache
+def stage() -> Path:
+    """Make the folder, once for this process, which removes it at its end; return it."""
+    folder = private_folder()
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    package = folder / "grader"
+    (package / "worker").mkdir(parents=True)
+    sources = [Path(grader.__file__), *Path(worker.__file__).parent.glob("*.py")]
+    root = Path(grader.__file__).parent
+    for source in sources:
+        copy = package / source.relative_to(root)
+        shutil.copyfile(source, copy)
+        py_compile.compile(str(copy), doraise=True)
+    shutil.copyfile(root / "isolation" / "launch.py", folder / "launch.py")
+    (folder / "lock_abi.py").write_bytes(abi_source(LIBC))
+    backend = Path(_cffi_backend.__file__)
+    shutil.copyfile(backend, folder / backend.name)
+    libraries = backend.parent / "cffi.libs"  # some wheels bring libffi
+    if libraries.is_dir():
+        shutil.copytree(libraries, folder / libraries.name)
+    _open_to_all(folder)
+    folder.chmod(0o755)
+    return folder
+
+
+def private_folder() -> Path:
+    """Make a folder whose name nobody guesses; a user whom root becomes can go through it."""
+    folder = Path(tempfile.mkdtemp(prefix="mrt-"))
+    folder.chmod(0o711 if os.geteuid() == 0 else 0o700)
+    return folder
+
+
+def _open_to_all(folder: Path) -> None:
+    for path in folder.rglob("*"):
+        path.chmod(0o755 if path.is_dir() else 0o644)

@@ -1,0 +1,215 @@
+"""One target of a submission: its files compiled, and linked with the shim into a library.
+
+Everything is kept by content: the same sources, flags and compiler are never compiled twice, and a
+library's name is its content's, because `dlopen` gives the old code for a path it has already
+loaded.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import tempfile
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from grader import manifest, offswitches, toolchain
+from grader.bind import derive
+from grader.intake import SHIM
+from grader.isolation.confined import OUT_OF_TIME, give_away, run_tool, take_back
+from grader.records import Binding, BuildResult, BuildStatus, Target, Told
+from grader.toolchain import Compiler
+
+LANGUAGES = ("c", "c++")
+
+
+class BuildError(Told):
+    """The machine or the given files are at fault, not the submission."""
+
+
+@dataclass(frozen=True)
+class Object:
+    """A compiled file; `errors` is "" when it compiled."""
+
+    path: Path
+    errors: str
+    warnings: str
+    language: str = "c"
+
+
+def _in_order(names: Iterable[str]) -> list[str]:
+    """Return the names of files, the student's own first, as the course lists them."""
+    student = manifest.load().student
+    return sorted(names, key=lambda name: (*[name != each for each in student], name))
+
+
+def key_of(*parts: object) -> str:
+    """Return a name that stands for the content of its arguments."""
+    return hashlib.sha256(repr(parts).encode()).hexdigest()[:24]
+
+
+@dataclass(frozen=True)
+class Job:
+    """One target of one submission."""
+
+    sources: Path
+    target: Target
+    compiler: Compiler
+    cache: Path
+
+    def units(self) -> list[str]:
+        """Return the names of the files to compile."""
+        return sorted(path.name for path in self.sources.glob("*.c"))
+
+    def compile(self, name: str, language: str) -> Object:
+        """Compile one file of the clean folder as one of LANGUAGES."""
+        done = self._compile(self.sources / name, name, language)
+        if done.errors or name in manifest.load().given:
+            return done
+        texts = {
+            path.name: path.read_bytes() for path in (self.sources / name, *self._own_headers())
+        }
+        return replace(done, errors=offswitches.in_text(texts))
+
+    def _own_headers(self) -> list[Path]:
+        given = manifest.load().given
+        return [path for path in sorted(self.sources.glob("*.h")) if path.name not in given]
+
+    def bind(self) -> tuple[Binding, Object]:
+        """Derive the declarations, and compile the shim made from them."""
+        flags = toolchain.defines(self.target)
+        binding, text = derive(self.sources, flags, self.compiler.command)
+        shim = self.cache / "shims" / key_of(text) / SHIM
+        _write(shim, text.encode())
+        return binding, self._compile(shim, SHIM)
+
+    def link(
+        self,
+        objects: Mapping[str, Object],
+        binding: Binding,
+        shim: Object,
+        rejected: Mapping[str, str],
+    ) -> BuildResult:
+        """Make the library; `rejected` are the errors of the files that were left out."""
+        if shim.errors:
+            raise BuildError("machine.given_broken", name=SHIM, log=shim.errors)
+        # The course's files first: of what is defined twice, theirs counts.
+        named = [(name, objects[name]) for name in _in_order(objects)] + [(SHIM, shim)]
+        result = BuildResult(
+            BuildStatus.REJECTED,
+            self.target,
+            warnings=tuple(w for _, each in named for w in each.warnings.splitlines()),
+            log="".join(rejected[name] for name in _in_order(rejected)),
+            rejected=rejected,
+            cxx=tuple(name for name, each in named if each.language == "c++"),
+        )
+        library = self.cache / "libraries" / self._library_name([each for _, each in named])
+        failure, linker = self._linked(library, named)
+        if failure:
+            return replace(result, log=result.log + failure)
+        return replace(
+            result,
+            status=BuildStatus.BUILT,
+            library=str(library.resolve()),
+            binding=binding,
+            preload=toolchain.sanitizer_runtime(self.compiler) if self.target.sanitized else "",
+            linker=linker,
+            tables=self._tables(shim),
+        )
+
+    def _tables(self, shim: Object) -> str:
+        """Return a library of the shim alone: a submission's could tell other constants."""
+        library = self.cache / "libraries" / self._library_name([shim])
+        if not library.exists() and (errors := self._link(library, [(SHIM, shim)], [])):
+            raise BuildError("machine.given_broken", name=SHIM, log=errors)
+        return str(library.resolve())
+
+    def _linked(self, library: Path, named: Sequence[tuple[str, Object]]) -> tuple[str, str]:
+        """Link as strictly as a program is, then without; return the failure, and the complaint.
+
+        What has no `main`, or defines a function twice, is no program, and can be judged.
+        """
+        kept = library.with_suffix(".complaint")
+        if library.exists() and kept.exists():
+            return "", kept.read_text(encoding="utf-8")
+        failure = complaint = self._link(library, named, toolchain.strict_link_flags(self.compiler))
+        if complaint:
+            failure = self._link(library, named, toolchain.lenient_link_flags(self.compiler))
+        if not failure:
+            _write(kept, complaint.encode())
+        return failure, complaint
+
+    def _library_name(self, objects: Sequence[Object]) -> str:
+        flags = toolchain.link_flags(self.compiler, self.target)
+        key = key_of([each.path.name for each in objects], flags, self.compiler)
+        return f"mrt-{key}{toolchain.library_suffix(self.compiler)}"
+
+    def _compile(self, source: Path, name: str, language: str = "c") -> Object:
+        flags = toolchain.compile_flags(self.compiler, self.target, language)
+        given = manifest.load().given
+        # A given file includes given headers only: it is compiled once for every submission.
+        own = [] if name in (*given, SHIM) else self._own_headers()
+        headers = [self.sources / each for each in given if each.endswith(".h")] + own
+        texts = [(each.name, each.read_bytes()) for each in headers]
+        key = key_of(self.compiler, flags, name, source.read_bytes(), texts)
+        object_file = self.cache / "objects" / f"{key}.o"
+        kept = object_file.with_suffix(".warnings")
+        if kept.exists():  # written last: the object is whole
+            return Object(object_file, "", kept.read_text(encoding="utf-8"), language)
+        # Relative names: messages and debugging information show the student's own file.
+        place = name if source.parent == self.sources else str(source.resolve())
+        flags += [f"-ffile-prefix-map={self.sources.resolve()}=.", "-iquote", "."]
+        command = [*self.compiler.command, *flags, "-c", place, "-o"]
+        status, output = _run(command, object_file, self.sources, [source])
+        if status != 0:
+            return Object(object_file, output or f"{name}: {self.compiler.command[0]} failed", "")
+        if errors := offswitches.in_object(name, object_file):
+            return Object(object_file, errors, "")
+        _write(kept, output.encode())
+        return Object(object_file, "", output, language)
+
+    def _link(
+        self, library: Path, named: Sequence[tuple[str, Object]], extra: Sequence[str]
+    ) -> str:
+        """Link the objects; return what is wrong, "" when nothing is."""
+        files = [str(each.path.resolve()) for _, each in named]
+        flags = [*toolchain.link_flags(self.compiler, self.target), *extra]
+        if any(each.language == "c++" for _, each in named):
+            flags.append(toolchain.cxx_library(self.compiler))
+        command = [*self.compiler.command, *files, *flags, "-o"]
+        status, output = _run(command, library, self.sources, [each.path for _, each in named])
+        for name, each in named:
+            output = output.replace(str(each.path.resolve()), name)
+        return (output or "the linker failed") if status != 0 else ""
+
+
+def _run(
+    command: Sequence[str], output: Path, cwd: Path, inputs: Sequence[Path]
+) -> tuple[int, str]:
+    """Run the compiler, shut in, whose output then takes its name; return status and messages.
+
+    `inputs` are the files that it reads beside those of `cwd` and the system's.
+    """
+    output.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=output.parent) as folder:
+        give_away(Path(folder))
+        part = Path(folder) / f"output{output.suffix}"
+        line = [*command, str(part.resolve())]
+        ran = run_tool(line, cwd, inputs, [Path(folder)], toolchain.COMPILE_SECONDS)
+        if ran.status == 0:
+            take_back(part)
+            os.replace(part, output)
+    if ran.status == OUT_OF_TIME:
+        return 1, f"compiling takes more than {toolchain.COMPILE_SECONDS} s\n"
+    return ran.status, ran.errors
+
+
+def _write(path: Path, content: bytes) -> None:
+    """Write a file whole: others see the old one, or the new one."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, part = tempfile.mkstemp(dir=path.parent)
+    with os.fdopen(handle, "wb") as out:
+        out.write(content)
+    os.chmod(part, 0o644)
+    os.replace(part, path)

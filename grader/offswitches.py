@@ -1,0 +1,52 @@
+"""What would switch the sanitizers off in a submission: refused, with the place.
+
+An attribute, or a function or variable by which their runtime is set. The attribute is looked for
+in the text: who hides it behind pasted tokens loses a help, and gains nothing, for answers are
+compared elsewhere.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+from grader.isolation.confined import run_tool
+
+NM_SECONDS = 20
+
+_ATTRIBUTE = rb"no_sanitize\w*|no_address_safety_analysis|disable_sanitizer_instrumentation"
+_SYMBOL = rb"__(?:a|ub|l)san_\w+|__sanitizer_\w+|__cyg_profile_\w+"
+_WORD = re.compile(rb"\b_*(?:" + _ATTRIBUTE + rb")\b|\b(?:" + _SYMBOL + rb")\b")
+_DEFINED = re.compile(r"^(" + _SYMBOL.decode() + r") [A-Z] ", re.MULTILINE)
+# Comments and strings, where anything may stand; but a string in an attribute is no such thing.
+_SILENT = re.compile(rb"//[^\n]*|/\*.*?\*/|\"(?:\\.|[^\"\\\n])*\"", re.DOTALL)
+
+
+def in_text(files: Mapping[str, bytes]) -> str:
+    """Return the errors, as a compiler writes them, for what the files name; "" for nothing."""
+    return "".join(_errors(name, content) for name, content in files.items())
+
+
+def in_object(name: str, path: Path) -> str:
+    """Return the errors for what a compiled file defines; `name` is its source's. "" for nothing.
+
+    Raises OSError when the machine has no `nm`.
+    """
+    ran = run_tool(
+        ["nm", "-P", "-g", "--defined-only", str(path)], path.parent, [path], seconds=NM_SECONDS
+    )
+    return "".join(_error(name, 1, word) for word in _DEFINED.findall(ran.output))
+
+
+def _errors(name: str, content: bytes) -> str:
+    # Lines keep their numbers, and a comment its place.
+    code = _SILENT.sub(lambda found: b"\n" * found[0].count(b"\n") or b" ", content)
+    return "".join(
+        _error(name, code.count(b"\n", 0, found.start()) + 1, found[0].decode())
+        for found in _WORD.finditer(code)
+    )
+
+
+def _error(name: str, line: int, word: str) -> str:
+    return f"{name}:{line}:1: error: '{word}' switches the sanitizers off\n"

@@ -1,0 +1,1 @@
+"""Hostile programs, and the tests that none of them gets anywhere."""

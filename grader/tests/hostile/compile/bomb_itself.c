@@ -1,0 +1,2 @@
+#include "extra.c"
+#include "extra.c"

