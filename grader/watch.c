@@ -5,6 +5,7 @@
  * before so that all it needs is there.
  */
 #define _GNU_SOURCE
+#include <dlfcn.h>
 #include <execinfo.h>
 #include <signal.h>
 #include <stdint.h>
@@ -23,16 +24,14 @@ typedef struct {
     uint64_t frames[MRT_FRAMES];
 } mrt_trace;
 
-extern const char mrt_library_start __asm__("__ehdr_start") __attribute__((visibility("hidden")));
-
 static mrt_trace *volatile trace;
 static _Alignas(16) char signal_stack[MRT_STACK_BYTES];
 
 static uint64_t program_counter(const ucontext_t *context)
 {
-#if defined(__x86_64__)
+#if defined(__linux__) && defined(__x86_64__)
     return (uint64_t)context->uc_mcontext.gregs[REG_RIP];
-#elif defined(__aarch64__)
+#elif defined(__linux__) && defined(__aarch64__)
     return (uint64_t)context->uc_mcontext.pc;
 #else
     (void)context;
@@ -67,7 +66,8 @@ void mrt_watch(void *memory, int sanitized)
     void *frame;
     backtrace(&frame, 1);
     trace = memory;
-    trace->base = (uint64_t)(uintptr_t)&mrt_library_start;
+    Dl_info library;
+    trace->base = dladdr((void *)&mrt_watch, &library) != 0 ? (uint64_t)(uintptr_t)library.dli_fbase : 0;
     stack_t stack = {.ss_sp = signal_stack, .ss_size = sizeof signal_stack};
     sigaltstack(&stack, NULL);
     struct sigaction action = {.sa_flags = SA_SIGINFO | SA_ONSTACK};
