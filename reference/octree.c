@@ -272,12 +272,12 @@ static bool hit_leaf(const walk *w, const octree_node *leaf) {
 
 /* Walks through a node that the ray crosses from t = enter to t = leave, in the order in which the ray meets the children.
  *
- * The ray leaves one child for the next where it crosses one of the three planes that cut the node: at most
- * four children are met. Comparisons are written so that the NaN of a ray that runs in such a plane (0 times
- * infinity) counts as never crossed.
+ * The ray leaves one child for the next where it crosses one of the three planes that cut the node: at most four
+ * children are met. A plane that has been crossed is put at infinity. Comparisons are written so that the NaN of
+ * a ray that runs in such a plane (0 times infinity) counts as never crossed.
  */
 static bool walk_node(const walk *w, const octree_node *node, float enter, float leave) {
-    if (node->objects != NULL) {
+    if (node->objects != NULL) { /* a leaf */
         return hit_leaf(w, node);
     }
     vec3 t = vector_vec_mul(vector_minus(middle(&node->bounds), w->r->orig), w->inverse);
@@ -332,6 +332,7 @@ bool octree_intersect(const octree_node *node, ray *r, intersection *it) {
     w.inverse = vector_init(1.f / r->dir.x, 1.f / r->dir.y, 1.f / r->dir.z);
     /* The sign of 1 / dir, so that -0 goes down as its -infinity does. */
     w.backwards = (w.inverse.x < 0.f ? 1 : 0) | (w.inverse.y < 0.f ? 2 : 0) | (w.inverse.z < 0.f ? 4 : 0);
+    /* Where the ray is inside the root. A NaN, of a ray along a face, means a miss: the root is wider than its objects. */
     vec3 t1 = vector_vec_mul(vector_minus(node->bounds.min, r->orig), w.inverse);
     vec3 t2 = vector_vec_mul(vector_minus(node->bounds.max, r->orig), w.inverse);
     vec3 in = vector_min(t1, t2);

@@ -390,9 +390,9 @@ float reflectance(float n1, float n2) {
 /* TP5.1 - Fresnel's reflection by Schlick's approximation. */
 color fresnel_schlick(color kr, vec3 n, vec3 v) {
     /* BEGIN SOLUTION TP5.1: return kr; */
-    float c = vector_dot(n, v);
-    c = c > 0.f ? c : 0.f;
-    float x = c < 1.f ? 1.f - c : 0.f;
+    float cosine = vector_dot(n, v);
+    float x = 1.f - (cosine > 0.f ? cosine : 0.f);
+    x = x > 0.f ? x : 0.f; /* rounding may bring the cosine above 1 */
     float x5 = x * x * x * x * x;
     return vector_init(kr.x + (1.f - kr.x) * x5, kr.y + (1.f - kr.y) * x5, kr.z + (1.f - kr.z) * x5);
     /* END SOLUTION */
