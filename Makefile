@@ -19,6 +19,9 @@ ifneq ($(origin CC),default)
 export CC
 endif
 
+# The C that is laid out alike; the submissions of the tests are as wild as they are.
+C_FILES = core_c/*.[ch] reference/*.[ch] grader/*.c grader/isolation/*.c grader/dev/bench/*.c grader/tests/program/*.c
+
 # Sets $python in a recipe: $(call PYTHON_OF,LEVEL), a level of grader/requirements/.
 PYTHON_OF = python=$$(sh grader/environment.sh $(1))
 
@@ -51,13 +54,13 @@ skeleton: ## refait les fichiers à compléter depuis reference/ | makes the fil
 
 format: ## met le C et le Python en forme | lays out the C and the Python
 	@$(call PYTHON_OF,dev) && "$$python" -m ruff check --no-cache --fix-only . && "$$python" -m ruff format --no-cache . && \
-	    "$${python%/*}/clang-format" -i core_c/*.[ch] reference/*.[ch]
+	    "$${python%/*}/clang-format" -i $(C_FILES)
 
 lint: ## relit le C et le Python | checks the C and the Python
 	@$(call PYTHON_OF,dev) && set -ex && "$$python" -m ruff check --no-cache . && \
 	    "$$python" -m ruff format --no-cache --check . && \
 	    "$$python" -m mypy --cache-dir "$$BUILD/mypy" && \
-	    "$${python%/*}/clang-format" --dry-run -Werror core_c/*.[ch] reference/*.[ch] && \
+	    "$${python%/*}/clang-format" --dry-run -Werror $(C_FILES) && \
 	    "$${python%/*}/clang-tidy" --quiet core_c/*.c reference/*.c -- -std=gnu11 -Icore_c
 
 test: lint ## tous les tests du projet | every test of the project

@@ -27,8 +27,7 @@ typedef struct {
 static mrt_trace *volatile trace;
 static _Alignas(16) char signal_stack[MRT_STACK_BYTES];
 
-static uint64_t program_counter(const ucontext_t *context)
-{
+static uint64_t program_counter(const ucontext_t *context) {
 #if defined(__linux__) && defined(__x86_64__)
     return (uint64_t)context->uc_mcontext.gregs[REG_RIP];
 #elif defined(__linux__) && defined(__aarch64__)
@@ -39,8 +38,7 @@ static uint64_t program_counter(const ucontext_t *context)
 #endif
 }
 
-static void on_signal(int number, siginfo_t *info, void *context)
-{
+static void on_signal(int number, siginfo_t *info, void *context) {
     (void)info;
     if (trace->signal == 0) { /* a second fault, in here, has nothing to add */
         trace->signal = (uint32_t)number;
@@ -61,8 +59,7 @@ static void on_signal(int number, siginfo_t *info, void *context)
 }
 
 /* Watches from now on; with the sanitizers, faults are left to them, who know more. */
-void mrt_watch(void *memory, int sanitized)
-{
+void mrt_watch(void *memory, int sanitized) {
     void *frame;
     backtrace(&frame, 1);
     trace = memory;

@@ -1,4 +1,4 @@
-"""`make bench`: how fast the reference draws, beside POV-Ray and Tachyon, and how fast it is graded.
+"""`make bench`: how fast the reference draws, beside POV-Ray and Tachyon, and is graded.
 
 It always prints its goals, met or missed, and fails only when it could not measure.
 """
