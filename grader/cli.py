@@ -19,7 +19,7 @@ from grader.expected import ExpectedError
 from grader.grading import conclude
 from grader.intake import SubmissionError, read_submission
 from grader.isolation.levels import Isolation, IsolationError, Level, current, using
-from grader.judge import SIZES
+from grader.judge import sizes_for
 from grader.manifest import Manifest, ManifestError
 from grader.plugin import PytestError, SelectionError, run_checks
 from grader.process import MachineError
@@ -78,7 +78,7 @@ def _grade(options: argparse.Namespace, texts: Texts) -> int:
         _verify_answers(options.expected)
     with (
         _isolation(options.isolation) as isolation,
-        Workshop(submission, SIZES, options.build / "cache") as workshop,
+        Workshop(submission, sizes_for(options.tp), options.build / "cache") as workshop,
     ):
         findings = _findings(workshop, rules, options)
         judged = _report(workshop, rules, findings, options, texts)

@@ -36,6 +36,14 @@ COPIED = 1e-5
 ONE_LEVEL = 1 / 255
 
 
+def sizes_for(tp: int | None) -> tuple[Size, ...]:
+    """Return the sizes that the checks of a TP (None: of all) draw at; each is a build.
+
+    Only TP1's are run at both; the data of the others was made for one.
+    """
+    return SIZES if tp in (None, 1) else (expected.SIZE,)
+
+
 class Fatal(Exception):
     """The student's code did not come back from a call."""
 

@@ -67,6 +67,14 @@ def plain_compiler(tmp_path: Path) -> str:
     return str(compiler)
 
 
+@pytest.mark.parametrize("tp", ["1", "2", "3", "4", "5"])
+def test_one_tp_alone_has_all_it_needs(grade: Grade, tp: str) -> None:
+    """What is built for one TP's checks is enough for them."""
+    results = grade(ROOT / "reference", "--tp", tp)
+    assert results["checks"]
+    assert outcomes(results) == {}
+
+
 @pytest.mark.parametrize("compiler", ["gcc", "clang", "plain"])
 def test_the_reference_passes_every_check(grade: Grade, compiler: str, plain_compiler: str) -> None:
     """In sanitized builds and in plain ones, of both compilers."""
