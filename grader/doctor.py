@@ -67,11 +67,14 @@ class Finding:
     cure: str = ""
 
 
-def first_line(command: list[str]) -> str:
-    """Return the first line that a command prints, empty when it fails or is not there."""
+def attempt(
+    command: list[str], folder: Path | None = None
+) -> subprocess.CompletedProcess[str] | None:
+    """Run a command, in this folder or in another; None when it is not there or does not end."""
     try:
-        done = subprocess.run(
+        return subprocess.run(
             command,
+            cwd=folder,
             stdin=subprocess.DEVNULL,
             capture_output=True,
             text=True,
@@ -80,9 +83,16 @@ def first_line(command: list[str]) -> str:
             check=False,
         )
     except (OSError, subprocess.TimeoutExpired):
+        return None
+
+
+def first_line(command: list[str]) -> str:
+    """Return the first line that a command prints, empty when it fails or is not there."""
+    done = attempt(command)
+    if done is None or done.returncode != 0:
         return ""
     lines = [line.strip() for line in done.stdout.splitlines() if line.strip()]
-    return lines[0] if done.returncode == 0 and lines else ""
+    return lines[0] if lines else ""
 
 
 def compiler() -> str:
@@ -165,22 +175,11 @@ def canary() -> str:
     folders = [os.environ.get("MRT_ENV", ""), str(ROOT / ".venv")]
     pythons = [f"{folder}/bin/python" for folder in folders if folder]
     python = next(filter(shutil.which, pythons), sys.executable)
-    try:
-        done = subprocess.run(
-            [python, "-B", "-m", "grader.isolation.canary", "strong"],
-            cwd=ROOT,
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            text=True,
-            errors="replace",
-            timeout=SECONDS,
-            check=False,
-        )
-    except (OSError, subprocess.TimeoutExpired):
-        return ""
+    done = attempt([python, "-B", "-m", "grader.isolation.canary", "strong"], ROOT)
     # It ends with 1 when something was permitted; with a trace of Python when it could not run.
-    lines = done.stdout.splitlines()[1:]
-    return " ".join(lines) if done.returncode == 1 else ""
+    if done is None or done.returncode != 1:
+        return ""
+    return " ".join(done.stdout.splitlines()[1:])
 
 
 def isolation() -> Finding:
