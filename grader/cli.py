@@ -84,17 +84,18 @@ def _grade(options: argparse.Namespace, texts: Texts) -> int:
         judged = _report(workshop, rules, findings, options, texts)
         content = report.as_json(replace(judged, isolation=isolation.level.value), texts)
     folder = options.build / "grade" / ("partial" if content["partial"] else "")
-    path = _write(folder, content)
+    path = _write(folder, content, judged)
     terminal.show(content, path, texts)
     if content["incomplete"]:
         return FAILED
     return BELOW if content["score"] < options.fail_under else GRADED
 
 
-def _write(folder: Path, content: dict[str, Any]) -> Path:
+def _write(folder: Path, content: dict[str, Any], judged: Report) -> Path:
     """Write the results; return the path of results.json."""
     path = folder / "results.json"
     try:
+        report.write_images(folder, judged.checks)
         report.write(path, content)
         report.write_text(folder / "junit.xml", junit.as_xml(content))
     except OSError as error:

@@ -16,7 +16,7 @@ import numpy as np
 
 from grader import show
 from grader.expected import Answer, Array, Batch
-from grader.records import Verdict
+from grader.records import Evidence, Verdict
 
 MATERIAL = ("kd", "ks", "shininess", "kr", "refraction_index", "pattern", "kd2", "user")
 
@@ -27,6 +27,12 @@ class Wrong(Exception):
     def __init__(self, key: str, **values: object) -> None:
         super().__init__(key)
         self.verdict = Verdict(key, values)
+        self.evidence = Evidence()
+
+    def showing(self, evidence: Evidence) -> Wrong:
+        """Return this error, with what there is to show beside its sentence."""
+        self.evidence = evidence
+        return self
 
 
 @dataclass(frozen=True)

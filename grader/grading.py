@@ -63,7 +63,12 @@ class _Telling:
         return found
 
     def note(self, finding: Finding, exercise: Exercise, outcome: Outcome) -> str:
-        """Return what to know besides: a marker left, or what must be done first."""
+        """Return what to know besides."""
+        remarks = [self.texts.say(each.key, **each.values) for each in finding.remarks]
+        return " ".join(filter(None, [self._marker(finding, exercise, outcome), *remarks]))
+
+    def _marker(self, finding: Finding, exercise: Exercise, outcome: Outcome) -> str:
+        """Say that a marker was left, or what must be done first."""
         if outcome is Outcome.PASSED and exercise.id in finding.todo:
             return self.texts.say("note.marker", id=exercise.id, file=exercise.file)
         if outcome is not Outcome.BLOCKED:
@@ -115,6 +120,7 @@ def _judge(
         outcome = twin if twin in (Outcome.TODO, Outcome.BLOCKED) else Outcome.FAILED
         message = texts.say("failure.twin")
     passed = outcome is Outcome.PASSED
+    share = finding.evidence.share if outcome is Outcome.FAILED else 0.0
     return CheckResult(
         id=check.id,
         exercise=exercise.id,
@@ -122,7 +128,7 @@ def _judge(
         function=exercise.functions[0],
         title=texts.get(f"title.{check.id}", finding.title),
         outcome=outcome,
-        points=check.points if passed else 0,
+        points=check.points if passed else round(share * check.points),
         max_points=check.points,
         message=message,
         hint="" if passed or _is_beside(finding) else telling.help(check.id),
@@ -130,6 +136,9 @@ def _judge(
         location=finding.location,
         output=finding.output if outcome in (Outcome.FAILED, Outcome.TIMEOUT) else "",
         seconds=finding.seconds,
+        mistakes=finding.evidence.mistakes,
+        reproducer=finding.evidence.reproducer,
+        images=finding.evidence.images,
     )
 
 

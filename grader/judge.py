@@ -19,7 +19,7 @@ import numpy as np
 from grader import expected, show
 from grader.compare import Trial, Wrong
 from grader.expected import Answer, Array, Batch
-from grader.records import Cause, Death
+from grader.records import Cause, Death, Verdict
 from grader.runner import Address, Core, Died, Limits, Session
 from grader.shapes import Image, Mask, Region, Size
 
@@ -30,6 +30,8 @@ T = TypeVar("T")
 
 SIZES: tuple[Size, ...] = ((320, 180), (96, 64))
 UNIT_LIMITS = Limits(cpu=2.0)
+PICTURE_SIZE: Size = (320, 180)
+PICTURE_LIMITS = Limits(cpu=10.0)
 # Colours are copied, or computed by an expression or two of floats.
 COPIED = 1e-5
 # One level of the picture file: float and double round a gradient differently.
@@ -58,14 +60,16 @@ class Student:
     def __init__(
         self,
         cores: Mapping[Size, Core],
+        renderer: Core,
         stuck: dict[str, Death],
         folder: Path = expected.FOLDER,
     ) -> None:
-        self._cores = cores
+        self._cores, self._renderer = cores, renderer
         self._stuck = stuck  # functions that have run out of time, in this check or an earlier one
         self._folder = folder  # of the expected data
         self.todo: frozenset[str] = frozenset()
         self.output = ""  # what was printed in the first session that printed something
+        self.remarks: list[Verdict] = []  # what to tell besides, whatever the outcome
 
     @contextlib.contextmanager
     def canvas(self, size: Size) -> Iterator[Canvas]:
@@ -88,6 +92,27 @@ class Student:
         with self.bench() as bench:
             return [bench.trial(batch) for batch in self.batches(suite)]
 
+    def picture(self, scene: int, **settings: Any) -> Image:
+        """Draw a scene with the optimised build; `settings` are fields of `options`.
+
+        Returns shape (180, 320, 3), float32, row 0 at the bottom, as it was left. Raises Fatal.
+        """
+        core = self._renderer
+        text = ", ".join(
+            [f"scene {scene}", *(f"{key} = {value}" for key, value in settings.items())]
+        )
+        with self._open(core, PICTURE_LIMITS) as session:
+            options = session.get("options")
+            for name, value in settings.items():
+                options[name] = value
+            session.set("options", options)
+            session.call("setup_scene", scene)
+            self.guard(
+                "raytrace", lambda case: f"raytrace() ({text})", lambda: session.call("raytrace")
+            )
+            flat = session.get("output_image")
+        return flat.reshape(PICTURE_SIZE[1], PICTURE_SIZE[0], 3)
+
     def guard(self, name: str, call: Callable[[int], str], act: Callable[[], T]) -> T:
         """Run code that calls a function; `call` gives the text of its calls by their number.
 
@@ -104,7 +129,12 @@ class Student:
 
     @contextlib.contextmanager
     def _session(self, size: Size) -> Iterator[Session]:
-        with self._cores[size].session(UNIT_LIMITS) as session:
+        with self._open(self._cores[size], UNIT_LIMITS) as session:
+            yield session
+
+    @contextlib.contextmanager
+    def _open(self, core: Core, limits: Limits) -> Iterator[Session]:
+        with core.session(limits) as session:
             try:
                 yield session
             finally:

@@ -19,7 +19,7 @@ from grader.grading import conclude
 from grader.judge import UNIT_LIMITS, Fatal, Student, Wrong
 from grader.manifest import PACKAGE, Manifest
 from grader.process import Died, Missing
-from grader.records import Cause, Death, Finding, Outcome, Verdict
+from grader.records import Cause, Death, Evidence, Finding, Outcome, Verdict
 from grader.texts import Texts, sentences
 from grader.workshop import NotBuilt, Workshop
 
@@ -169,6 +169,8 @@ def _finding(item: pytest.Item, error: BaseException | None, seconds: float) -> 
         # A crash fills it with the sanitizers' report, which the verdict sums up.
         output=student.output[:MAX_OUTPUT] if student and outcome in _PRINTING else "",
         seconds=seconds,
+        evidence=error.evidence if isinstance(error, Wrong) else Evidence(),
+        remarks=tuple(student.remarks) if student else (),
     )
 
 

@@ -161,10 +161,20 @@ class Death:
 
 @dataclass(frozen=True)
 class Verdict:
-    """What is wrong: the sentence of `key` in messages/*.toml, with its values."""
+    """What is wrong: the sentence of `key` in messages/, with its values."""
 
     key: str
     values: dict[str, object] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What a failed check shows beside its sentence."""
+
+    share: float = 0.0  # of the points, for what is right all the same
+    reproducer: str = ""  # C statements that make the simplest failing call
+    images: Mapping[str, bytes] = field(default_factory=dict)  # PNG: expected, got, difference
+    mistakes: tuple[str, ...] = ()  # ids of the known mistakes that give the same answers
 
 
 @dataclass(frozen=True)
@@ -179,6 +189,9 @@ class Finding:
     todo: frozenset[str] = frozenset()  # exercises whose MRT_TODO was met
     output: str = ""  # the beginning of what the code printed
     seconds: float = 0.0
+    evidence: Evidence = Evidence()
+    remarks: tuple[Verdict, ...] = ()  # what to know besides, also of a check that passed
+    through: tuple[str, ...] = ()  # exercises in whose place the reference stood when it passed
 
 
 @dataclass(frozen=True)
@@ -199,6 +212,9 @@ class CheckResult:
     location: str = ""
     output: str = ""
     seconds: float = 0.0
+    mistakes: tuple[str, ...] = ()
+    reproducer: str = ""
+    images: Mapping[str, bytes] = field(default_factory=dict)  # PNG by role
 
 
 @dataclass(frozen=True)

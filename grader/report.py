@@ -6,7 +6,7 @@ import hashlib
 import json
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
@@ -128,11 +128,16 @@ def write(path: Path, content: dict[str, Any]) -> None:
 
 
 def write_text(path: Path, text: str) -> None:
+    """Write a text whole, in UTF-8. Raises OSError."""
+    write_bytes(path, text.encode("utf-8", errors="replace"))
+
+
+def write_bytes(path: Path, content: bytes) -> None:
     """Write a file whole: a reader finds the old one or the new one. Raises OSError."""
     path.parent.mkdir(parents=True, exist_ok=True)
     handle, part = tempfile.mkstemp(dir=path.parent, suffix=".part")
-    with os.fdopen(handle, "w", encoding="utf-8", errors="replace") as out:
-        out.write(text)
+    with os.fdopen(handle, "wb") as out:
+        out.write(content)
     Path(part).chmod(0o644)
     Path(part).replace(path)
 
@@ -162,6 +167,18 @@ def _exercise(result: ExerciseResult) -> dict[str, Any]:
     }
 
 
+def image_name(result: CheckResult, role: str) -> str:
+    """Return where a picture of a check stands, beside results.json."""
+    return f"images/{result.id}-{role}.png"
+
+
+def write_images(folder: Path, checks: Sequence[CheckResult]) -> None:
+    """Write the pictures of the checks beside results.json. Raises OSError."""
+    for result in checks:
+        for role, content in result.images.items():
+            write_bytes(folder / image_name(result, role), content)
+
+
 def _check(result: CheckResult) -> dict[str, Any]:
     return {
         "id": result.id,
@@ -177,5 +194,8 @@ def _check(result: CheckResult) -> dict[str, Any]:
         "note": result.note,
         "location": result.location,
         "output": result.output,
+        "mistakes": list(result.mistakes),
+        "reproducer": result.reproducer,
+        "images": {role: image_name(result, role) for role in result.images},
         "seconds": round(result.seconds, 3),
     }

@@ -1,4 +1,4 @@
-"""Sentences for the person at the terminal, by key, from messages/fr.toml or messages/en.toml."""
+"""Sentences for the person at the terminal, by key, from the folders of messages/."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 from grader import course
 from grader.course import LANGUAGES
-from grader.manifest import PACKAGE, read_toml
+from grader.manifest import PACKAGE, ManifestError, read_toml
 
 __all__ = ["LANGUAGES", "Texts", "preferred", "sentences"]
 
@@ -49,7 +49,13 @@ def preferred(asked: str = "") -> str:
 @cache
 def sentences(language: str) -> dict[str, str]:
     """Return every sentence of a language by its dotted key. Raises ManifestError."""
-    return dict(_flat("", read_toml(FOLDER / f"{language}.toml")))
+    found: dict[str, str] = {}
+    for path in sorted((FOLDER / language).glob("*.toml")):
+        own = dict(_flat("", read_toml(path)))
+        if twice := sorted(set(own) & set(found)):
+            raise ManifestError(f"{path.name}: {twice[0]} stands in another file too; keep one")
+        found |= own
+    return found
 
 
 def _flat(prefix: str, table: dict[str, Any]) -> list[tuple[str, str]]:

@@ -9,7 +9,7 @@ from types import TracebackType
 
 from grader import diagnostics, manifest, toolchain
 from grader.build import build
-from grader.judge import Student
+from grader.judge import PICTURE_SIZE, Student
 from grader.process import start_worker
 from grader.records import BuildStatus, Death, Submission, Target, Verdict
 from grader.runner import Core
@@ -33,8 +33,11 @@ class Workshop:
         # Wrong accesses to memory show best with the sanitizers.
         self.sanitized = bool(toolchain.sanitizer_runtime(compiler))
         targets = [Target(width, height, self.sanitized) for width, height in sizes]
+        # Pictures are drawn as fast as the program draws them.
+        targets.append(Target(*PICTURE_SIZE))
         self.builds = build(submission, targets, cache, compiler)
         self._cores: dict[Size, Core] = {}
+        self._renderer: Core | None = None
         self._stuck: dict[str, Death] = {}
         self._stack = ExitStack()
 
@@ -82,9 +85,11 @@ class Workshop:
             raise NotBuilt(Verdict("failure.not_linked"))
         if file in self.rejected:
             raise NotBuilt(self.rejected[file])
-        if not self._cores:
+        if self._renderer is None:
             process = self._stack.enter_context(start_worker(self.builds[0].preload))
-            for each in self.builds:
+            for each in self.builds[:-1]:
                 size = (each.target.width, each.target.height)
                 self._cores[size] = Core(process, each)
-        return Student(self._cores, self._stuck, folder)
+            plain = self._stack.enter_context(start_worker(""))
+            self._renderer = Core(plain, self.builds[-1])
+        return Student(self._cores, self._renderer, self._stuck, folder)
