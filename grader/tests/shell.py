@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import stat
 import subprocess
 from pathlib import Path
 
@@ -34,6 +35,11 @@ def run(
         group=NOBODY if drop else None,
         extra_groups=[] if drop else None,
     )
+
+
+def reachable(path: Path) -> bool:
+    """Tell whether every user can walk to a file and use it."""
+    return all(p.stat().st_mode & stat.S_IXOTH for p in (path.resolve(), *path.resolve().parents))
 
 
 def script(path: Path, text: str) -> Path:
