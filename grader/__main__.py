@@ -3,5 +3,10 @@
 import sys
 
 from grader.cli import main
+from grader.isolation import orphans
 
-sys.exit(main())
+orphans.guard()
+try:
+    sys.exit(main())
+finally:
+    orphans.sweep()

@@ -11,6 +11,16 @@ from pathlib import Path
 import cffi
 from cffi import recompiler
 
+from grader.worker.session import LIBC
+
+
+def library_source(cdef: str, library: str = "") -> bytes:
+    """Return `abi_source` for a library's declarations, with what a session needs of the C library.
+
+    It is kept beside the library, when there is one.
+    """
+    return abi_source(cdef + LIBC, Path(library).parent.parent / "bindings" if library else None)
+
 
 def abi_source(cdef: str, folder: Path | None = None) -> bytes:
     """Return Python code that makes `ffi`, with these declarations, of cffi's compiled part alone.

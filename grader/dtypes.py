@@ -7,34 +7,39 @@ the field "orig" of n rays. A pointer becomes a uint64, an address in the worker
 
 from __future__ import annotations
 
+import math
+import re
 from functools import cached_property
 from typing import Any
 
-import cffi
 import numpy as np
 import numpy.typing as npt
 
+from grader.abi import library_source
 from grader.records import Binding
 
 _NOT_INTEGERS = {"char": "S1", "_Bool": "?", "float": "f4", "double": "f8"}
 _VECTOR = ("x", "y", "z")
+# A length such as [96 * 64], which cffi's compiled part does not read by itself.
+_PRODUCT = re.compile(r"\d+(?: \* \d+)+")
 
 
 class Types:
-    """The types of one binding."""
+    """The types of one binding; what its library's path serves for is said in abi.py."""
 
-    def __init__(self, binding: Binding) -> None:
+    def __init__(self, binding: Binding, library: str = "") -> None:
         self.binding = binding
-        self._ffi = cffi.FFI()
-        self._ffi.cdef(binding.cdef)
+        names: dict[str, Any] = {}
+        exec(library_source(binding.cdef, library), names)  # as the worker: no parser is needed
+        self._ffi = names["ffi"]
         self._known: dict[str, np.dtype[Any]] = {}
 
     def dtype(self, ctype: str) -> np.dtype[Any]:
         """Return the dtype of a C type such as "ray" or "color [3]". Raises KeyError."""
         if ctype not in self._known:
             try:
-                self._known[ctype] = self._make(self._ffi.typeof(ctype))
-            except cffi.CDefError as error:
+                self._known[ctype] = self._make(self._ffi.typeof(_PRODUCT.sub(_multiplied, ctype)))
+            except self._ffi.error as error:
                 raise KeyError(f"no C type {ctype!r}: {error}") from error
         return self._known[ctype]
 
@@ -74,6 +79,10 @@ class Types:
         return f"{'i' if signed else 'u'}{self._ffi.sizeof(ctype)}"
 
 
+def _multiplied(product: re.Match[str]) -> str:
+    return str(math.prod(map(int, product[0].split(" * "))))
+
+
 def first(dtype: np.dtype[Any], count: int | None) -> np.dtype[Any]:
     """Return the dtype of an array's first `count` items; None: of the whole."""
     if count is None:
@@ -89,6 +98,9 @@ def pack(value: Any, dtype: np.dtype[Any], lead: tuple[int, ...]) -> bytes:
     return np.broadcast_to(array, (*lead, *dtype.shape)).tobytes()
 
 
-def unpack(data: bytes, dtype: np.dtype[Any], lead: tuple[int, ...]) -> npt.NDArray[Any]:
-    """Return an array of C's bytes."""
-    return np.frombuffer(data, dtype.base).reshape((*lead, *dtype.shape)).copy()
+def unpack(
+    data: bytes | bytearray | memoryview, dtype: np.dtype[Any], lead: tuple[int, ...]
+) -> npt.NDArray[Any]:
+    """Return an array of C's bytes, which can be written; it may be those bytes themselves."""
+    array = np.frombuffer(data, dtype.base).reshape((*lead, *dtype.shape))
+    return array if array.flags.writeable and array.flags.aligned else array.copy()

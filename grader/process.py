@@ -1,44 +1,45 @@
 """The parent's side of a worker: starting it, shut in, and having it start sessions.
 
-Every wait has a deadline; everything that comes back is checked for its length.
+Requests are sent without waiting, so that a worker starts, and a session for the next check is made
+ready, while something else goes on here. What has failed is heard when an answer is due; every wait
+has a deadline, and everything that comes back is checked for its length.
 """
 
 from __future__ import annotations
 
 import contextlib
+import fcntl
+import itertools
 import math
 import mmap
 import os
 import platform
 import shutil
-import signal
 import socket
-import struct
 import subprocess
 import sys
 import tempfile
-import time
 from collections.abc import Iterator, Mapping
 from functools import cache, partial
 from pathlib import Path
 from typing import IO, Any
 
-from grader.abi import abi_source
+from grader.abi import library_source
 from grader.channel import (
     ANSWER_SECONDS,
-    MAX_TEXT,
     Channel,
     Died,
     Limits,
     MachineError,
     Missing,
-    printable,
+    NotLocked,
 )
+from grader.control import Control
 from grader.isolation import bubble
+from grader.isolation.confined import finish
 from grader.isolation.levels import Isolation, Level, current
 from grader.isolation.stage import private_folder, stage
 from grader.worker import frames
-from grader.worker.session import LIBC
 
 # With what callers need of channel.py.
 __all__ = ["Channel", "Died", "Limits", "MachineError", "Missing", "Process", "start_worker"]
@@ -54,14 +55,15 @@ SANITIZER_OPTIONS = {
     "UBSAN_OPTIONS": "abort_on_error=1:symbolize=0",
 }
 
-_CREDENTIALS = struct.Struct("3i")  # process, user, group
+_Kind = tuple[str, Limits]  # of sessions: the library, and its limits
 
 
 @contextlib.contextmanager
 def start_worker(preload: str = "") -> Iterator[Process]:
     """Start a worker, with libraries loaded before everything else; end it with the block.
 
-    It is as isolated as `isolation.levels.current()` says.
+    It is as isolated as `isolation.levels.current()` says. Returns before the worker is there; that
+    it does not start is told by its first session. It lives no longer than the thread that calls.
     """
     isolation = current()
     folder = private_folder()
@@ -72,8 +74,6 @@ def start_worker(preload: str = "") -> Iterator[Process]:
         stack.callback(shutil.rmtree, folder, ignore_errors=True)
         stack.enter_context(ours)
         errors = stack.enter_context(tempfile.TemporaryFile())
-        if hasattr(socket, "SO_PASSCRED"):
-            ours.setsockopt(socket.SOL_SOCKET, socket.SO_PASSCRED, 1)
         environment = _environment(isolation, preload)
         with theirs:
             popen = subprocess.Popen(
@@ -87,14 +87,12 @@ def start_worker(preload: str = "") -> Iterator[Process]:
                 cwd=stage(),
             )
         try:
-            yield Process(ours, isolation, inbox, errors)
+            process = Process(Control(ours, errors), isolation, inbox)
+            stack.callback(process.close)
+            yield process
         finally:
             ours.close()  # the worker sees the end, and kills what is left before it goes
-            try:
-                popen.wait(timeout=ANSWER_SECONDS)
-            except subprocess.TimeoutExpired:
-                os.killpg(popen.pid, signal.SIGKILL)
-                popen.wait()
+            finish(popen, ANSWER_SECONDS)
 
 
 def _command(
@@ -126,111 +124,95 @@ def _environment(isolation: Isolation, preload: str) -> dict[str, str]:
 class Process:
     """The parent's hold on a worker. Made by start_worker."""
 
-    def __init__(
-        self, control: socket.socket, isolation: Isolation, inbox: Path, errors: IO[bytes]
-    ) -> None:
-        self._control, self._isolation = control, isolation
-        self._inbox, self._errors = inbox, errors
-        self._pid = 0  # of the worker, as seen from here; 0 when this system does not tell
+    def __init__(self, control: Control, isolation: Isolation, inbox: Path) -> None:
+        self._control, self._isolation, self._inbox = control, isolation, inbox
+        self._numbers = itertools.count(1)
+        self._spares: dict[_Kind, Channel] = {}
+        self._seen: set[_Kind] = set()
+        machine = "" if isolation.level is Level.PORTABLE else platform.machine()
+        strong = isolation.level is Level.STRONG
+        paths = ["/"] if strong else [*bubble.readable(), str(stage()), str(inbox)]
+        control.tell({"do": "lock", "machine": machine, "paths": paths}, _lock_code())
 
     def declare(self, library: str, cdef: str, sanitized: bool) -> None:
         """Tell the worker of a library, by its path; it is loaded in the sessions only."""
-        if not self._pid:
-            self._greet()
         path = Path(library)
         shutil.copyfile(path, self._inbox / path.name)
         (self._inbox / path.name).chmod(0o644)
         strong = self._isolation.level is Level.STRONG
         inside = f"{INSIDE_INBOX if strong else self._inbox}/{path.name}"
         head = {"do": "library", "key": library, "path": inside, "sanitized": sanitized}
-        self._ask(head, 0, abi_source(cdef + LIBC, path.parent.parent / "bindings"))
-
-    def _greet(self) -> None:
-        """Wait for the worker, and have it shut itself in."""
-        try:
-            self._control.settimeout(ANSWER_SECONDS)
-            self._pid = _sender(self._control)
-            frames.read_frame(self._control, 0, time.monotonic() + ANSWER_SECONDS)
-        except (OSError, EOFError, ValueError) as error:
-            raise self._failure("it does not start", error) from error
-        portable = self._isolation.level is Level.PORTABLE
-        machine = "" if portable else platform.machine()
-        strong = self._isolation.level is Level.STRONG
-        paths = ["/"] if strong else [*bubble.readable(), str(stage()), str(self._inbox)]
-        self._ask({"do": "lock", "machine": machine, "paths": paths}, 0, _lock_code())
+        self._control.tell(head, library_source(cdef, library))
 
     @contextlib.contextmanager
     def fork(self, library: str, limits: Limits) -> Iterator[Channel]:
-        """Start a session with a declared library. Raises Died when it cannot be loaded."""
-        ours, theirs = socket.socketpair()
-        with contextlib.ExitStack() as stack:
-            files = [stack.enter_context(tempfile.TemporaryFile()) for _ in range(3)]
-            stack.enter_context(ours)
-            files[2].truncate(frames.PAGE_BYTES)
-            space = self._size() + limits.memory if self._size() else 0
-            head = {"do": "fork", "key": library, "cpu": math.ceil(limits.cpu), "space": space}
-            with theirs:
-                descriptors = [theirs.fileno(), *(each.fileno() for each in files)]
-                pid = self._ask(head, 8, descriptors=descriptors)
-            number = int.from_bytes(pid, sys.byteorder)
-            reap, release = partial(self._reap, number), partial(self._release, number)
-            channel = Channel(reap, release, ours, files, limits, library)
+        """Start a session with a declared library. Raises Died when it cannot be loaded.
+
+        From the second of a kind on, one more is made ready meanwhile, for the next time.
+        """
+        kind = (library, limits)
+        channel = self._spares.pop(kind, None) or self._start(kind)
+        try:
+            if kind in self._seen:
+                self._spares[kind] = self._start(kind)
+            self._seen.add(kind)
             try:
                 channel.begin()
-                yield channel
-            finally:
-                channel.close()
+            except NotLocked as error:
+                raise self._control.failure("a session is not shut in", error) from error
+            yield channel
+        finally:
+            channel.close()
+
+    def close(self) -> None:
+        """End the sessions that were made ready for nothing."""
+        for each in self._spares.values():
+            each.close()
+
+    def _start(self, kind: _Kind) -> Channel:
+        library, limits = kind
+        number, size = next(self._numbers), self._size()
+        head: dict[str, Any] = {"do": "fork", "session": number, "key": library}
+        head |= {"cpu": math.ceil(limits.cpu), "each_call": limits.each_call}
+        head["space"] = size + limits.memory + frames.SHARED_BYTES if size else 0
+        ours, theirs = socket.socketpair()
+        files = _files()
+        reap, release = partial(self._reap, number), partial(self._release, number)
+        channel = Channel(reap, release, ours, files, limits, library)
+        with theirs:
+            self._control.tell(head, b"", [theirs.fileno(), *(each.fileno() for each in files)])
+        return channel
 
     def _size(self) -> int:
         """Return how many bytes of addresses the worker has: the sanitizers' take terabytes."""
         try:
-            statm = Path(f"/proc/{self._pid}/statm").read_text(encoding="ascii")
+            statm = Path(f"/proc/{self._control.pid()}/statm").read_text(encoding="ascii")
         except OSError:
             return 0
         return int(statm.split()[0]) * mmap.PAGESIZE
 
-    def _reap(self, pid: int, grace: float, ask: bool) -> tuple[int, float]:
-        head = {"do": "reap", "pid": pid, "grace": grace, "ask": ask}
-        status, cpu = frames.EXITED.unpack(self._ask(head, frames.EXITED.size))
+    def _reap(self, session: int, grace: float, ask: bool) -> tuple[int, float]:
+        head = {"do": "reap", "session": session, "grace": grace, "ask": ask}
+        status, cpu = frames.EXITED.unpack(self._control.ask(head, frames.EXITED.size))
         return int(status), float(cpu)
 
-    def _release(self, pid: int, grace: float) -> None:
-        self._ask({"do": "release", "pid": pid, "grace": grace}, 0)
-
-    def _ask(
-        self,
-        head: dict[str, Any],
-        size: int,
-        payload: bytes = b"",
-        descriptors: list[int] | None = None,
-    ) -> bytes:
-        deadline = time.monotonic() + ANSWER_SECONDS
-        try:
-            self._control.settimeout(ANSWER_SECONDS)
-            frames.write_frame(self._control, head, payload, descriptors or [])
-            _, answer = frames.read_frame(self._control, size, deadline)
-        except (OSError, EOFError, ValueError) as error:
-            raise self._failure(f"it does not answer ({head['do']})", error) from error
-        if len(answer) != size:
-            raise MachineError(f"the worker's answer to {head['do']} has {len(answer)} bytes")
-        return answer
-
-    def _failure(self, what: str, error: Exception) -> MachineError:
-        said = os.pread(self._errors.fileno(), MAX_TEXT, 0).decode(errors="replace")
-        last = printable(said).strip().splitlines()[-1:] or [repr(error)]
-        return MachineError(f"the worker failed, {what}: {last[0]}")
+    def _release(self, session: int, grace: float) -> None:
+        self._control.tell({"do": "release", "session": session, "grace": grace})
 
 
-def _sender(control: socket.socket) -> int:
-    """Return the number of the process at the other end, once it has written; 0 if unknown."""
-    if not hasattr(socket, "SCM_CREDENTIALS"):
-        return 0
-    room = socket.CMSG_SPACE(_CREDENTIALS.size)
-    _, ancillary, _, _ = control.recvmsg(1, room, socket.MSG_PEEK)
-    for level, kind, data in ancillary:
-        if (level, kind) == (socket.SOL_SOCKET, socket.SCM_CREDENTIALS):
-            return int(_CREDENTIALS.unpack(data[: _CREDENTIALS.size])[0])
-    return 0
+def _files() -> list[IO[bytes]]:
+    """Return a session's nameless files: two that are written at their end, and its memory."""
+    output, errors, shared = (_file() for _ in range(3))
+    for each in (output, errors):
+        fcntl.fcntl(each, fcntl.F_SETFL, fcntl.fcntl(each, fcntl.F_GETFL) | os.O_APPEND)
+    shared.truncate(frames.SHARED_BYTES)  # what is not used takes no room
+    return [output, errors, shared]
+
+
+def _file() -> IO[bytes]:
+    if hasattr(os, "memfd_create"):
+        return open(os.memfd_create("mrt"), "w+b", buffering=0)
+    return tempfile.TemporaryFile(buffering=0)
 
 
 @cache

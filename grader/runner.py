@@ -28,6 +28,12 @@ in which call; a function that the submission lacks raises `Missing`; a mistake 
 ValueError; a worker that fails by itself raises `MachineError`. A session that died is over; the
 next is new. `core.session(Limits(cpu=60))` allows 60 s of CPU to the whole session, and
 `s.todo()` gives the exercises whose MRT_TODO was met, even after a crash.
+
+Staying. A session of `Limits(cpu=10, each_call=True)` lasts as long as its block, and each call may
+take 10 s. `s.printed_since()` gives what the code has printed since it was last asked. When a
+KeyboardInterrupt comes while a call runs, `s.interrupt()` ends the session and tells the function
+and the line; a session left without that is over all the same. The worker lives as long as the
+thread that opened the core.
 """
 
 from __future__ import annotations
@@ -35,40 +41,35 @@ from __future__ import annotations
 import contextlib
 import sys
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from grader.arguments import Address, Array, Reply, packed, unpacked
 from grader.build import BuildError, build
 from grader.dtypes import Types, first, pack, unpack
 from grader.intake import read_submission
 from grader.manifest import ROOT
 from grader.process import Channel, Died, Limits, MachineError, Missing, Process, start_worker
-from grader.records import BuildResult, BuildStatus, Function, Target
+from grader.records import BuildResult, BuildStatus, Death, Target
 
-# With what callers need of process.py.
-__all__ = ["Address", "Core", "Died", "Limits", "MachineError", "Missing", "Reply", "open_core"]
-
-Array = npt.NDArray[Any]
-
+# With what callers need of the modules below.
+__all__ = [
+    "Address",
+    "Array",
+    "Core",
+    "Died",
+    "Limits",
+    "MachineError",
+    "Missing",
+    "Reply",
+    "Session",
+    "open_core",
+]
 
 DEFAULT_LIMITS = Limits()
-
-
-class Address(int):
-    """An address in the session's process."""
-
-
-@dataclass(frozen=True)
-class Reply:
-    """What a call gave: `result` (None for void), and what pointers point to afterwards."""
-
-    result: Any
-    args: dict[str, Array]
 
 
 class Core:
@@ -78,7 +79,7 @@ class Core:
         if library.binding is None:
             raise ValueError("not built")
         self.functions = library.binding.functions
-        self.types = Types(library.binding)
+        self.types = Types(library.binding, library.library)
         self.library = library
         self._process = process
         for path in (library.library, library.tables):
@@ -138,7 +139,7 @@ class Session:
         """Write a global variable; of an array, the first items, as many as `value` has."""
         dtype = self._variable(name)
         dtype = first(dtype, len(value) if dtype.shape else None)
-        self._channel.ask({"do": "set", "name": name}, 0, pack(value, dtype, ()))
+        self._channel.set(name, pack(value, dtype, ()))
 
     def buffer(self, value: Array) -> Address:
         """Copy an array to memory that stays until the session ends; return its address."""
@@ -161,6 +162,21 @@ class Session:
     def output(self) -> str:
         """Return the beginning of what the code has printed, without control characters."""
         return self._channel.output()
+
+    def printed_since(self) -> str:
+        """Return the beginning of what has been printed since this was last asked.
+
+        `output` forgets it then. Neither the code's lines nor what it prints is lost by a crash.
+        """
+        return self._channel.printed_since()
+
+    def interrupt(self) -> Death:
+        """End the session at once, even in the middle of a call; return where the code was.
+
+        `location` and `function` are "" when it is not known. For the handler of a
+        KeyboardInterrupt that cut a call short, or for another thread, whose call then raises Died.
+        """
+        return self._channel.interrupt()
 
     def read_tables(self) -> dict[str, float]:
         """Return the constants that the shim holds, once its layout is known to be cffi's."""
@@ -185,80 +201,19 @@ class Session:
         function = self._core.functions.get(name)
         if function is None or len(args) != len(function.parameters):
             raise ValueError(f"{name}: no such function, or not with {len(args)} arguments")
-        packed = self._pack(function, count, args, many)
+        arguments = list(packed(self._core.types, function, count, args, many))
         result = self._core.dtype(function.result) if function.result else None
-        size = sum(each.size for each in packed if each.kind == "table")
+        size = sum(each.size for each in arguments if each.kind == "table")
         plain = result is not None and not function.boxed
         size += result.itemsize * count if result is not None and plain else 0
         head = {
             "do": "call",
             "function": function.symbol,
             "count": count,
-            "parameters": [(each.kind, each.size) for each in packed],
+            "parameters": [(each.kind, each.size) for each in arguments],
         }
-        data = self._channel.ask(head, size, b"".join(each.payload for each in packed))
-        return _reply(data, result if plain else None, count, packed)
-
-    def _pack(
-        self, function: Function, count: int, args: Sequence[Any], many: bool
-    ) -> list[_Packed]:
-        packed = []
-        if function.boxed:
-            zeros = self._core.zeros(function.result, count)
-            packed.append(_table("", zeros, self._core.dtype(function.result), count, many=True))
-        for parameter, value in zip(function.parameters, args, strict=True):
-            by_address = parameter.name in function.by_address
-            if not parameter.pointee and not by_address:
-                payload = pack(value, self._core.dtype(parameter.ctype), (count,))
-                packed.append(_Packed(parameter.name, "value", payload))
-            elif value is None or isinstance(value, Address):
-                payload = int(value or 0).to_bytes(8, sys.byteorder) * count
-                packed.append(_Packed(parameter.name, "address", payload))
-            else:
-                dtype = self._core.dtype(parameter.pointee or parameter.ctype)
-                packed.append(_table(parameter.name, value, dtype, count, many))
-        return packed
-
-
-@dataclass(frozen=True)
-class _Packed:
-    """An argument as the worker takes it; a table comes back with that dtype and shape."""
-
-    name: str
-    kind: str
-    payload: bytes
-    dtype: np.dtype[Any] | None = None
-    lead: tuple[int, ...] = ()
-
-    @property
-    def size(self) -> int:
-        return len(self.payload)
-
-
-def _table(name: str, value: Any, dtype: np.dtype[Any], count: int, many: bool) -> _Packed:
-    shape = np.shape(value)
-    lead = shape[: len(shape) - len(dtype.shape)]
-    if not many or not lead or lead[0] != count:
-        lead = (count, *lead)
-    return _Packed(name, "table", pack(value, dtype, lead), dtype, lead)
-
-
-def _reply(
-    data: bytes, result: np.dtype[Any] | None, count: int, packed: Sequence[_Packed]
-) -> Reply:
-    offset = 0
-    values = None
-    if result is not None:
-        offset = result.itemsize * count
-        values = unpack(data[:offset], result, (count,))
-    tables: dict[str, Array] = {}
-    for each in packed:
-        if each.dtype is not None:
-            tables[each.name] = unpack(data[offset : offset + each.size], each.dtype, each.lead)
-            offset += each.size
-    if "" in tables:
-        values = tables.pop("")
-    return Reply(values, tables)
+        data = self._channel.ask(head, size, b"".join(each.payload for each in arguments))
+        return unpacked(memoryview(data), result if plain else None, count, arguments)
 
 
 def _exercise(index: int) -> str:

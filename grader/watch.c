@@ -9,6 +9,7 @@
 #include <execinfo.h>
 #include <signal.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <sys/ucontext.h>
 
@@ -65,6 +66,7 @@ void mrt_watch(void *memory, int sanitized) {
     trace = memory;
     Dl_info library;
     trace->base = dladdr((void *)&mrt_watch, &library) != 0 ? (uint64_t)(uintptr_t)library.dli_fbase : 0;
+    setvbuf(stdout, NULL, _IONBF, 0); /* what is printed before a crash would be lost */
     stack_t stack = {.ss_sp = signal_stack, .ss_size = sizeof signal_stack};
     sigaltstack(&stack, NULL);
     struct sigaction action = {.sa_flags = SA_SIGINFO | SA_ONSTACK};

@@ -1,12 +1,14 @@
 """Proves a level of isolation: tries, as a submission would, what must be refused.
 
 A bird of our own is compiled and run through the same compiler runner and the same worker as a
-submission. `python -m grader.isolation.canary` prints what was not refused, with the mend.
+submission. Its library is kept; what a compiler can see is tried each time.
+`python -m grader.isolation.canary` prints what was not refused, with the mend.
 """
 
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import os
 import shutil
 import socket
@@ -20,6 +22,7 @@ from pathlib import Path
 from grader import toolchain
 from grader.isolation.confined import give_away, run_tool, take_back
 from grader.isolation.levels import Isolation, IsolationError, Level, current, using
+from grader.manifest import ROOT
 from grader.process import Channel, Died, Limits, start_worker
 from grader.texts import Texts, preferred
 
@@ -56,9 +59,16 @@ class Proof:
         return not self.permitted or self.isolation.level is Level.PORTABLE
 
 
-def prove() -> Proof:
-    """Try every forbidden act at the current level. Raises CanaryError, or MachineError."""
-    with tempfile.TemporaryDirectory(prefix="mrt-canary-") as name, socket.socket() as listener:
+def prove(cache: Path = ROOT / "build" / "cache") -> Proof:
+    """Try every forbidden act at the current level. Raises CanaryError, or MachineError.
+
+    The compiled canary is kept in `cache`, if that can be written.
+    """
+    with (
+        tempfile.TemporaryDirectory(prefix="mrt-canary-") as name,
+        socket.socket() as listener,
+        start_worker() as process,
+    ):
         folder = Path(name)
         folder.chmod(0o777)  # what protects the secret must be the isolation, not its rights
         secret = folder / "secret"
@@ -66,11 +76,10 @@ def prove() -> Proof:
         listener.bind(("127.0.0.1", 0))
         listener.listen()
         permitted = [*_while_compiling(folder, secret)]
-        library = _build(folder)
-        with start_worker() as process:
-            process.declare(str(library), CDEF, sanitized=False)
-            with process.fork(str(library), LIMITS) as channel:
-                permitted += _while_running(channel, secret, listener.getsockname()[1])
+        library = _library(folder, cache / "canary")
+        process.declare(str(library), CDEF, sanitized=False)
+        with process.fork(str(library), LIMITS) as channel:
+            permitted += _while_running(channel, secret, listener.getsockname()[1])
     return Proof(current(), tuple(permitted))
 
 
@@ -98,16 +107,35 @@ def _while_running(channel: Channel, secret: Path, port: int) -> Iterator[str]:
 
 
 def _while_compiling(folder: Path, secret: Path) -> Iterator[str]:
-    """Have the compiler take in a file that it must not see."""
+    """Have the compiler take in a file that it must not see; its assembler is the quickest to."""
     spy = folder / "spy"
     spy.mkdir()
-    (spy / "spy.c").write_text(f'__asm__(".incbin \\"{secret}\\"");\n', encoding="utf-8")
+    (spy / "spy.s").write_text(f'.incbin "{secret}"\n', encoding="utf-8")
     out = folder / "spied"
     out.mkdir()
     give_away(out)
-    command = [*toolchain.find_compiler().command, "-c", "spy.c", "-o", str(out / "spy.o")]
+    command = [*toolchain.find_compiler().command, "-c", "spy.s", "-o", str(out / "spy.o")]
     if run_tool(command, spy, writable=[out], seconds=COMPILE_SECONDS).status == 0:
         yield "include"
+
+
+def _library(folder: Path, cache: Path) -> Path:
+    """Return the compiled canary: the one of the cache, or else a new one, made in `folder`."""
+    compiler = toolchain.find_compiler()
+    made_of = [*compiler.command, compiler.version, SOURCE.read_text(encoding="utf-8")]
+    key = hashlib.sha256("\0".join(made_of).encode()).hexdigest()[:24]
+    kept = cache / f"{key}.so"
+    if kept.is_file():
+        return kept
+    built = _build(folder)
+    try:
+        cache.mkdir(parents=True, exist_ok=True)
+        part = cache / f"{key}.{os.getpid()}"
+        shutil.copyfile(built, part)
+        part.replace(kept)
+    except OSError:
+        return built
+    return kept
 
 
 def _build(folder: Path) -> Path:

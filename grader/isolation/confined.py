@@ -6,9 +6,12 @@ to one folder.
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import os
+import select
 import shutil
+import signal
 import stat
 import subprocess
 import sys
@@ -25,7 +28,7 @@ from grader.isolation.stage import stage
 CPU_SECONDS = 10
 MEMORY_BYTES = 1536 << 20
 FILE_BYTES = 32 << 20
-OUT_OF_TIME = -1  # as a status
+OUT_OF_TIME = -1000  # as a status: no signal's number
 MAX_OUTPUT_BYTES = 200_000  # of messages that are kept
 ENVIRONMENT = {"PATH": "/usr/bin:/bin", "LC_ALL": "C.UTF-8"}
 
@@ -59,21 +62,44 @@ def run_tool(
     paths = [folder, *(each.resolve() for each in readable), *_toolchain(program)]
     with tempfile.TemporaryFile() as output, tempfile.TemporaryFile() as errors:
         line = _line(words, folder, paths, [each.resolve() for each in writable], environment)
-        try:
-            status = subprocess.run(
-                line,
-                cwd=folder,
-                stdin=subprocess.DEVNULL,
-                stdout=output,
-                stderr=errors,
-                env=environment,
-                timeout=seconds,
-                check=False,
-                start_new_session=True,
-            ).returncode
-        except subprocess.TimeoutExpired:
-            status = OUT_OF_TIME
-        return Ran(status, _beginning(output), _beginning(errors))
+        tool = subprocess.Popen(
+            line,
+            cwd=folder,
+            stdin=subprocess.DEVNULL,
+            stdout=output,
+            stderr=errors,
+            env=environment,
+            start_new_session=True,
+        )
+        return Ran(finish(tool, seconds), _beginning(output), _beginning(errors))
+
+
+def finish(process: subprocess.Popen[bytes], seconds: float) -> int:
+    """Wait for the end of a process that leads its own session; return its status.
+
+    After so many seconds it is killed with its session, and OUT_OF_TIME returned.
+    """
+    try:
+        _wait(process, seconds)
+        on_time = process.poll() is not None
+    finally:
+        if process.poll() is None:
+            with contextlib.suppress(ProcessLookupError, PermissionError):  # it has just ended
+                os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+    return process.returncode if on_time else OUT_OF_TIME
+
+
+def _wait(process: subprocess.Popen[bytes], seconds: float) -> None:
+    if not hasattr(os, "pidfd_open"):
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            process.wait(seconds)  # sleeps between looks, for up to 50 ms
+        return
+    descriptor = os.pidfd_open(process.pid)
+    try:
+        select.select([descriptor], [], [], seconds)
+    finally:
+        os.close(descriptor)
 
 
 def give_away(folder: Path) -> None:

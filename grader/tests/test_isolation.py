@@ -5,7 +5,9 @@ from __future__ import annotations
 import io
 import json
 import os
+import re
 import shutil
+import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
@@ -21,13 +23,19 @@ from grader.cli import main
 from grader.isolation import bubble, canary, confined, trace
 from grader.isolation.bubble import sandbox
 from grader.isolation.levels import Isolation, IsolationError, Level, best, using
-from grader.process import MachineError, start_worker
+from grader.manifest import ROOT
+from grader.process import Limits, MachineError, start_worker
 from grader.runner import Core, open_core
 from grader.tests.hostile import corpus
 from grader.tests.hostile.corpus import Quick
+from grader.tests.shell import NOBODY
 from grader.texts import LANGUAGES, Texts
+from grader.worker.syscalls import ARCHITECTURES
 
 Write = Callable[..., Path]
+# Where a call exists twice, for 32 bits and for 64, the name of the second ends so in the headers.
+_NUMBER = re.compile(r"^#define __NR(?:3264)?_(\w+) (\d+)", re.MULTILINE)
+_ALIAS = re.compile(r"^#define __NR_(\w+) __NR3264_(\w+)", re.MULTILINE)
 PIXELS = np.zeros((96 * 64, 3), np.float32)
 
 
@@ -49,6 +57,27 @@ def test_this_machine_is_strong_in_ci() -> None:
     """CI installs bubblewrap: what needs it must not be skipped there."""
     if os.environ.get("MRT_CI"):
         assert best() == Isolation(Level.STRONG)
+
+
+HEADERS = {
+    "x86_64": "/usr/include/*/asm/unistd_64.h",
+    "aarch64": "/usr/include/asm-generic/unistd.h",
+}
+
+
+@pytest.mark.parametrize("machine", list(ARCHITECTURES))
+def test_the_system_calls_have_the_kernel_s_numbers(machine: str) -> None:
+    """As its own headers give them; those of another architecture are there as well."""
+    found = list(Path("/").glob(HEADERS[machine][1:]))
+    if not found and not os.environ.get("MRT_CI"):
+        pytest.skip(f"no kernel headers for {machine} here")
+    text = found[0].read_text(encoding="utf-8")
+    numbers = {name: int(value) for name, value in _NUMBER.findall(text)}
+    numbers |= {name: numbers[other] for name, other in _ALIAS.findall(text) if other in numbers}
+    _, allowed, opens, *others = ARCHITECTURES[machine]
+    tables = [allowed, {name: number for name, (number, _) in opens.items()}, *others]
+    ours = {name: number for table in tables for name, number in table.items()}
+    assert {name: numbers.get(name) for name in ours} == ours
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="levels of Linux")
@@ -139,8 +168,12 @@ def test_a_sandbox_that_does_not_start_is_no_verdict(
     """It is the machine's fault, and its own words are kept."""
     with using(Level.STRONG):
         monkeypatch.setattr("grader.isolation.bubble._namespaces", lambda: ["--no-such-option"])
-        with start_worker() as process, pytest.raises(MachineError, match="no-such-option"):
-            process.declare(reference.library.library, "int f(void);", sanitized=False)
+        library = reference.library.library
+        with start_worker() as process:
+            process.declare(library, "int f(void);", sanitized=False)
+            lost = pytest.raises(MachineError, match="no-such-option")
+            with lost, process.fork(library, Limits()):
+                pass
 
 
 MEDIUM_REFUSES = ("reading.c", "leaving.c", "processes.c", "kernel.c")
@@ -178,8 +211,8 @@ def test_off_switches_are_found_where_they_count() -> None:
 
 def test_an_off_switch_is_refused_with_a_sentence(submission: Write, cache: Path) -> None:
     """Even one whose name is pasted together: the compiled file tells."""
-    paste = "#define P(a, b) a##b\nint P(__asan_default, _options)(void);\n"
-    paste += "int P(__asan_default, _options)(void) { return 0; }\n"
+    paste = "#define P(a, b) a##b\nint P(__as, an_default_options)(void);\n"
+    paste += "int P(__as, an_default_options)(void) { return 0; }\n"
     content = graded(submission(files={"extra.c": paste}), best().level, cache)
     assert "__asan_default_options" in content["build"]["log"]
 
@@ -219,3 +252,43 @@ def test_the_canary_names_a_hole(
     said = capsys.readouterr().out
     assert Texts("fr").say("canary.include") in said
     assert Texts("fr").say("canary.read") in said
+
+
+GUARDED = """
+import os, subprocess, sys
+from grader.isolation import orphans
+orphans.guard()
+spy = "import os; open(f'/proc/{os.getppid()}/mem', 'rb')"
+spied = subprocess.run([sys.executable, "-c", spy], capture_output=True, text=True)
+print(spied.stderr.strip().rpartition(chr(10))[2].partition(":")[0])
+leave = "import os, time; os.fork() and os._exit(0); os.setsid(); os.fork() and os._exit(0);"
+said = subprocess.Popen(
+    [sys.executable, "-c", leave + "print(os.getpid(), flush=True); time.sleep(60)"],
+    stdout=subprocess.PIPE, text=True,
+)
+left = int(said.stdout.readline())
+said.wait()
+orphans.sweep()
+print(orphans._children(), os.path.exists(f"/proc/{left}"))
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="of Linux")
+def test_the_grader_s_process_is_closed_and_sweeps() -> None:
+    """Nobody of its own user opens its memory; a daemon that a child left is ended with it."""
+    ordinary: dict[str, Any] = {}
+    with tempfile.TemporaryDirectory(prefix="mrt-ordinary-") as name:
+        shutil.copytree(ROOT / "grader", f"{name}/grader", ignore=shutil.ignore_patterns("tests"))
+        if os.geteuid() == 0:  # to whom nothing is closed
+            ordinary = {"user": NOBODY, "group": NOBODY, "extra_groups": []}
+            subprocess.run(["chmod", "-R", "a+rX", name], check=True, timeout=60)
+        done = subprocess.run(
+            [sys.executable, "-B", "-c", GUARDED],
+            cwd=name,
+            stdout=subprocess.PIPE,
+            text=True,
+            timeout=60,
+            check=True,
+            **ordinary,
+        )
+    assert done.stdout.splitlines() == ["PermissionError", "set() False"]

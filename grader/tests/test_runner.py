@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import os
+import contextlib
+import signal
+import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,6 +14,7 @@ import numpy as np
 import pytest
 
 from grader.dtypes import Types
+from grader.isolation.levels import Level, using
 from grader.process import start_worker
 from grader.records import Cause, Death
 from grader.runner import (
@@ -125,7 +127,7 @@ def test_mistakes_of_the_caller_are_value_errors(
         assert s.call("vector_norm", (3, 4, 0)).result == 5
 
 
-@contextmanager
+@contextlib.contextmanager
 def student(folder: Path, cache: Path, sanitized: bool = False) -> Iterator[Core]:
     """Open a submission at 96x64."""
     with open_core(folder, 96, 64, sanitized=sanitized, cache=cache) as core:
@@ -267,20 +269,39 @@ def test_a_forged_answer_gains_nothing(submission: Write, cache: Path) -> None:
 
 
 def test_nothing_is_left_behind(submission: Write, cache: Path) -> None:
-    """A process that the code has started is gone when its session is."""
+    """What the code has started is gone soon after its session, even where it may start anything.
+
+    That is a child, and one that has left for a session of its own and lost its parent.
+    """
     start = """
+        #include <sys/wait.h>
         #include <unistd.h>
-        int start(void) { int pid = fork(); while (pid == 0) pause(); return pid; }"""
+        int start(void), leave(void);
+        int start(void) { int pid = fork(); while (pid == 0) pause(); return pid; }
+        int leave(void) {
+            int way[2], pid, middle;
+            if (pipe(way) != 0) return 0;
+            if ((middle = fork()) == 0) {
+                setsid();
+                pid = start();
+                _exit(write(way[1], &pid, sizeof pid) != sizeof pid);
+            }
+            waitpid(middle, NULL, 0);
+            return read(way[0], &pid, sizeof pid) == sizeof pid ? pid : 0;
+        }"""
     folder = submission(
-        fill_red="extern int start(void); img[0].x = (float)start();", files={"start.c": start}
+        fill_red="extern int start(void), leave(void);"
+        " img[0].x = (float)start(); img[1].x = (float)leave();",
+        files={"start.c": start},
     )
-    with student(folder, cache) as core, core.session() as s:
-        pid = int(s.call("fill_red", PIXELS).args["img"][0, 0])
-        os.kill(pid, 0)
-    deadline = time.monotonic() + 5
-    while _runs(pid):
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
+    with using(Level.PORTABLE), student(folder, cache) as core:
+        with core.session() as s:
+            pids = [int(each) for each in s.call("fill_red", PIXELS).args["img"][:2, 0]]
+            assert all(pid > 0 and _runs(pid) for pid in pids)
+        deadline = time.monotonic() + 5
+        while any(map(_runs, pids)):
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
 
 
 def _runs(pid: int) -> bool:
@@ -297,5 +318,103 @@ def test_a_worker_that_does_not_answer_is_the_machines_fault(
     """A worker that has gone, for whatever reason, is no verdict on anybody."""
     library = reference.library.library
     monkeypatch.setattr("grader.isolation.bubble.interpreter", lambda: "/usr/bin/false")
-    with start_worker() as process, pytest.raises(MachineError, match="does not start"):
+    with start_worker() as process:
         process.declare(library, "int f(void);", sanitized=False)
+        with pytest.raises(MachineError, match="does not start"), process.fork(library, SHORT):
+            pass
+
+
+STAYING = Limits(cpu=1, each_call=True)
+LOOP = "for (volatile int k = 0;; k ^= 1) { }"
+
+
+def test_a_session_that_stays_has_its_seconds_for_each_call(submission: Write, cache: Path) -> None:
+    """Calls that together take longer than one may are all answered; one that does alone is not."""
+    busy = "clock_t end = clock() + CLOCKS_PER_SEC * 3 / 4; while (clock() < end) { }"
+    folder = submission(
+        fill_red=busy,
+        fill=LOOP,
+        files={"raytracer.h": '#include "exercises.h"\n#include <time.h>\n'},
+    )
+    with student(folder, cache) as core, core.session(STAYING) as s:
+        for _ in range(3):
+            s.call("fill_red", PIXELS)
+        with pytest.raises(Died) as caught:
+            s.call("fill", PIXELS, (0, 0, 0))
+    assert (caught.value.death.cause, caught.value.death.function) == (Cause.TIMEOUT, "fill")
+
+
+def test_what_is_printed_comes_by_and_by(submission: Write, cache: Path) -> None:
+    """Each time only what is new; more than a file may hold, and in the end what a crash left."""
+    folder = submission(
+        fill_red='static int k; printf("%d", k++);',
+        fill='for (int k = 0; k < 9000; k++) printf("%100d", k);',
+        fill_circle='fprintf(stderr, "here"); abort();',
+    )
+    with student(folder, cache) as core, core.session(STAYING) as s:
+        assert s.printed_since() == ""
+        for k in range(3):
+            s.call("fill_red", PIXELS)
+            assert s.output() == s.printed_since() == str(k)
+            s.call("fill", PIXELS, (0, 0, 0))
+            assert s.printed_since().split()[:3] == ["0", "1", "2"]
+        with pytest.raises(Died):
+            s.call("fill_circle", PIXELS, 1, (0, 0, 0), (0, 0, 0))
+        assert s.printed_since() == "here"
+
+
+@contextlib.contextmanager
+def stop_button(seconds: float) -> Iterator[None]:
+    """Raise KeyboardInterrupt in this thread after a while."""
+    old = signal.signal(signal.SIGALRM, signal.default_int_handler)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, old)
+
+
+def test_a_call_is_stopped_by_hand(submission: Write, cache: Path) -> None:
+    """The stop button cuts the call short; where it was is told, and a new session answers."""
+    with student(submission(fill_red=LOOP), cache) as core:
+        with core.session(STAYING) as s:
+            with pytest.raises(KeyboardInterrupt), stop_button(0.2):
+                s.call("fill_red", PIXELS)
+            with pytest.raises(ValueError, match="interrupted"):
+                s.call("fill", PIXELS, (1, 1, 1))
+            death = s.interrupt()
+            assert (death.function, death.location) == ("fill_red", "main.c:11")
+            assert s.interrupt() == death
+        with core.session(STAYING) as s:
+            assert s.call("fill", PIXELS, (1, 1, 1)).args["img"].all()
+
+
+def test_a_call_is_stopped_by_another_thread(submission: Write, cache: Path) -> None:
+    """What waits for the call hears that it has died, and where."""
+    with student(submission(fill_red=LOOP), cache) as core, core.session(Limits()) as s:
+        stop = threading.Timer(0.2, s.interrupt)
+        stop.start()
+        with pytest.raises(Died) as caught:
+            s.call("fill_red", PIXELS)
+        stop.join()
+    assert caught.value.death.location == "main.c:11"
+
+
+def test_what_is_printed_before_a_crash_is_kept_apart_from_its_report(
+    submission: Write, cache: Path
+) -> None:
+    """Both outputs are shown, a line that is not ended too; the tools' own words are not."""
+    said = 'printf("out"); fprintf(stderr, "err\\n");'
+    folder = submission(
+        fill_red=f"{said} img[WIDTH * HEIGHT].x = 1;",
+        fill=f"{said} int big = 2147483647; img[0].x = (float)(big + (int)c.x);",
+        horizontal_gradient=f"{said} trace_ray(0);",
+    )
+    for sanitized in (False, True):
+        with student(folder, cache, sanitized) as core:
+            for name, args in (("fill_red", 0), ("fill", 1), ("horizontal_gradient", 2)):
+                with core.session(SHORT) as s:
+                    with contextlib.suppress(Died):
+                        s.call(name, PIXELS, *[(1, 1, 1)] * args)
+                    assert s.output() == "outerr\n"

@@ -4,46 +4,61 @@ from __future__ import annotations
 
 import contextlib
 import gc
-import mmap
+import math
 import os
 import resource
 import select
 import signal
 import socket
-import struct
 import sys
 import time
+from collections.abc import Callable
 from typing import Any
 
-from grader.worker.frames import DESCRIPTORS, EXITED, HEAD, PAGE_BYTES, read_frame, write_frame
-from grader.worker.lockdown import Lock
+from grader.worker.frames import DESCRIPTORS, EXITED, HEAD, Reader, frame
+from grader.worker.lockdown import Filter, Lock
 from grader.worker.session import Session, StrayWrite
-from grader.worker.syscalls import ARCHITECTURES, Architecture
+from grader.worker.shared import Shared
+from grader.worker.syscalls import ARCHITECTURES
 
 MAX_OUTPUT_BYTES = 1_000_000
 MAX_DESCRIPTORS = 64
 NOBODY = 65534
 POLL_SECONDS = 0.002
+ROUNDS = 20  # of ending what is left; an orphan's own children come in the next one
 BURY_SECONDS = 0.05  # between looks at the sessions that are ending
 LAST_WORD_SECONDS = 0.5  # to note where it is
+# What the libraries of submissions need themselves: loaded once rather than in each session.
+NEEDED = ("libm.so.6", "libgcc_s.so.1", "libubsan.so.1")
+
+# What is done on a request: of its head, its payload and the descriptors that came with it.
+_Act = Callable[[dict[str, Any], bytes, list[int]], bytes | None]
 
 
-def _serve(sock: socket.socket, session: Session) -> None:
-    """Answer the requests of one session, until it is closed."""
+def _serve(sock: socket.socket, session: Session, shared: Shared, each_call: int) -> None:
+    """Answer the requests of one session, until it is closed.
+
+    Each in so many CPU seconds; 0 when they are bounded together.
+    """
     acts = {name: getattr(session, name) for name in ("call", "get", "set", "buffer", "peek")}
+    requests = Reader(sock)
     while True:
-        head, payload = read_frame(sock)
+        head, payload = requests.frame()
         if head["do"] == "close":
             return
+        if each_call:
+            _limit_cpu(math.ceil(time.process_time()) + each_call)
+        data: bytes | memoryview
         try:
-            kind, data = "done", acts[head["do"]](head, payload)
+            kind, data = "done", acts[head["do"]](head, shared.request(head, payload))
         except StrayWrite:
             kind, data = "stray", b""
         except MemoryError:
             kind, data = "memory", b""
         except Exception as error:  # whatever it is, the parent must hear of it and go on
             kind, data = "refused", str(error).encode()
-        write_frame(sock, {"is": kind}, data)
+        if head["do"] != "set" or kind != "done":
+            sock.sendall(frame(*shared.reply(kind, data)))
 
 
 def _limit(which: int, soft: int, hard: int) -> None:
@@ -52,15 +67,17 @@ def _limit(which: int, soft: int, hard: int) -> None:
         resource.setrlimit(which, (soft, hard))
 
 
-def _confine(cpu: int, space: int) -> None:
-    """Bound the CPU seconds, the bytes of addresses, the output and the open files."""
-    _limit(resource.RLIMIT_CPU, cpu, cpu + 1)
+def _limit_cpu(seconds: int) -> None:
+    """Bound the CPU seconds so that the bound can be moved."""
+    _limit(resource.RLIMIT_CPU, seconds, resource.getrlimit(resource.RLIMIT_CPU)[1])
+
+
+def _confine() -> None:
+    """Bound the output and the open files of this process and of its children."""
     _limit(resource.RLIMIT_CORE, 0, 0)
     _limit(resource.RLIMIT_NOFILE, MAX_DESCRIPTORS, MAX_DESCRIPTORS)
     _limit(resource.RLIMIT_FSIZE, MAX_OUTPUT_BYTES, MAX_OUTPUT_BYTES)
     signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-    if space:
-        _limit(resource.RLIMIT_AS, space, space)
 
 
 def _keep(sock: int, output: int, errors: int) -> None:
@@ -78,16 +95,17 @@ class Worker:
     def __init__(self, control: socket.socket) -> None:
         self._control = control
         self._lock: Lock | None = None
-        self._architecture: Architecture | None = None
+        self._filter: Filter | None = None
         self._libraries: dict[str, dict[str, Any]] = {}
-        self._alive: set[int] = set()
+        self._alive: dict[int, int] = {}  # the processes of sessions, by their numbers
+        self._needed: list[Any] = []  # the libraries that stay loaded
         self._leaving: dict[int, float] = {}  # released, and until when each may take to end
 
     def run(self) -> None:
         """Serve requests until the parent is gone, then kill what is left."""
-        acts = {"lock": self._shut_in, "library": self._library}
+        acts: dict[str, _Act] = {"lock": self._shut_in, "library": self._library}
         acts |= {"fork": self._fork, "reap": self._reap, "release": self._release}
-        write_frame(self._control, {"is": "ready"})
+        self._control.sendall(frame({"is": "ready"}))
         try:
             while True:
                 self._bury()
@@ -97,30 +115,36 @@ class Worker:
                 start, descriptors, _, _ = socket.recv_fds(self._control, HEAD.size, DESCRIPTORS)
                 if not start:
                     return
-                head, payload = read_frame(self._control, start=start)
+                head, payload = Reader(self._control, start, ahead=0).frame()
                 answer = acts[head["do"]](head, payload, descriptors)
-                write_frame(self._control, {"is": "done"}, answer)
+                if answer is not None:
+                    self._control.sendall(frame({"is": "done"}, answer))
         finally:
-            for pid in self._alive:
-                _kill(pid)
+            for session in list(self._alive):
+                self._end(session)
 
-    def _shut_in(self, head: dict[str, Any], payload: bytes, descriptors: list[int]) -> bytes:
+    def _shut_in(self, head: dict[str, Any], payload: bytes, descriptors: list[int]) -> None:
+        _confine()
         if os.geteuid() == 0:  # a submission never runs as root
             os.setgroups([])
             os.setresgid(NOBODY, NOBODY, NOBODY)
             os.setresuid(NOBODY, NOBODY, NOBODY)
+        if sys.platform.startswith("linux"):
+            Lock(_ffi(payload)).adopt_orphans()
         if head["machine"]:
             self._lock = Lock(_ffi(payload))
-            self._architecture = ARCHITECTURES[head["machine"]]
+            self._filter = Filter(ARCHITECTURES[head["machine"]])
             self._lock.hide()
             self._lock.only_files(head["paths"])
-        return b""
 
-    def _library(self, head: dict[str, Any], payload: bytes, descriptors: list[int]) -> bytes:
-        self._libraries[head["key"]] = {**head, "ffi": _ffi(payload)}
-        return b""
+    def _library(self, head: dict[str, Any], payload: bytes, descriptors: list[int]) -> None:
+        ffi = _ffi(payload)
+        for name in NEEDED[: None if head["sanitized"] else -1]:
+            with contextlib.suppress(OSError):  # another system has others
+                self._needed.append(ffi.dlopen(name))
+        self._libraries[head["key"]] = {**head, "ffi": ffi}
 
-    def _fork(self, head: dict[str, Any], payload: bytes, descriptors: list[int]) -> bytes:
+    def _fork(self, head: dict[str, Any], payload: bytes, descriptors: list[int]) -> None:
         pid = os.fork()
         if pid == 0:
             status = 70
@@ -129,55 +153,69 @@ class Worker:
                 status = 0
             finally:
                 os._exit(status)
-        self._alive.add(pid)
+        self._alive[head["session"]] = pid
         for each in descriptors:
             os.close(each)
-        return struct.pack("=q", pid)
 
     def _child(self, head: dict[str, Any], library: dict[str, Any], descriptors: list[int]) -> None:
         """Be the process of one session."""
         os.setsid()
         sock = socket.socket(fileno=descriptors[0])
-        page = mmap.mmap(descriptors[3], PAGE_BYTES)
+        shared = Shared(descriptors[3])
         _keep(*descriptors[:3])
-        _confine(head["cpu"], head["space"])
-        if self._lock is not None and self._architecture is not None:
+        if head["each_call"]:
+            _limit_cpu(head["cpu"])
+        else:
+            _limit(resource.RLIMIT_CPU, head["cpu"], head["cpu"] + 1)
+        if head["space"]:
+            _limit(resource.RLIMIT_AS, head["space"], head["space"])
+        if self._lock is not None and self._filter is not None:
             self._lock.hide()
-            self._lock.filter_calls(self._architecture)
-        write_frame(sock, {"is": "locked"})
+            self._lock.filter_calls(self._filter)
+        sock.sendall(frame({"is": "locked"}))
         try:
-            session = Session(library["ffi"], library["path"], page, library["sanitized"])
+            session = Session(library["ffi"], library["path"], shared, library["sanitized"])
         except (OSError, library["ffi"].error) as error:
-            write_frame(sock, {"is": "unloadable"}, str(error).encode())
+            sock.sendall(frame({"is": "unloadable"}, str(error).encode()))
             return
-        write_frame(sock, {"is": "done"})
-        _serve(sock, session)
+        sock.sendall(frame({"is": "done"}))
+        _serve(sock, session, shared, head["cpu"] if head["each_call"] else 0)
 
     def _reap(self, head: dict[str, Any], payload: bytes, descriptors: list[int]) -> bytes:
-        pid, grace = head["pid"], head["grace"]
+        pid, grace = self._alive[head["session"]], head["grace"]
         if head["ask"]:
             with contextlib.suppress(ProcessLookupError):
                 os.kill(pid, signal.SIGUSR1)
             grace += LAST_WORD_SECONDS
         _wait(pid, grace)
-        return self._end(pid)
+        return self._end(head["session"])
 
-    def _release(self, head: dict[str, Any], payload: bytes, descriptors: list[int]) -> bytes:
-        self._leaving[head["pid"]] = time.monotonic() + head["grace"]
-        return b""
+    def _release(self, head: dict[str, Any], payload: bytes, descriptors: list[int]) -> None:
+        self._leaving[head["session"]] = time.monotonic() + head["grace"]
 
     def _bury(self) -> None:
         """End the released sessions that are over, or late."""
-        for pid, deadline in list(self._leaving.items()):
-            if _is_over(pid) or time.monotonic() > deadline:
-                del self._leaving[pid]
-                self._end(pid)
+        for session, deadline in list(self._leaving.items()):
+            if _is_over(self._alive[session]) or time.monotonic() > deadline:
+                del self._leaving[session]
+                self._end(session)
 
-    def _end(self, pid: int) -> bytes:
+    def _end(self, session: int) -> bytes:
+        pid = self._alive.pop(session)
         _kill(pid)  # itself, and what the code may have started in its session
         _, status, usage = os.wait4(pid, 0)
-        self._alive.discard(pid)
+        self._sweep()
         return EXITED.pack(status, usage.ru_utime + usage.ru_stime)
+
+    def _sweep(self) -> None:
+        """End what sessions have left, where nothing keeps their code from starting processes."""
+        for _ in range(ROUNDS):
+            left = _children() - set(self._alive.values())
+            if not left:
+                return
+            for pid in left:
+                _kill(pid)
+                os.waitpid(pid, 0)
 
 
 def _ffi(code: bytes) -> Any:
@@ -203,6 +241,16 @@ def _wait(pid: int, seconds: float) -> None:
 
 def _is_over(pid: int) -> bool:
     return os.waitid(os.P_PID, pid, os.WEXITED | os.WNOHANG | os.WNOWAIT) is not None
+
+
+def _children() -> set[int]:
+    """Return this process's children; none where there is no /proc, as in a sandbox."""
+    pid = os.getpid()
+    try:
+        with open(f"/proc/{pid}/task/{pid}/children", encoding="ascii") as file:
+            return set(map(int, file.read().split()))
+    except OSError:
+        return set()
 
 
 def _kill(pid: int) -> None:

@@ -1,23 +1,26 @@
 """Frames: what travels between the parent, the worker and its children.
 
 A frame is a head of 12 bytes (length of the JSON, length of the raw bytes), a JSON object, and raw
-bytes. Requests of the parent to the worker, each answered by one reply:
+bytes. Requests of the parent to the worker, in order; only the last has a reply:
     lock     {machine, paths} + code        shuts the worker in: root becomes nobody; unless machine
                                             is "", its sessions may make the system calls of that
                                             list only, and read these paths
     library  {key, path, sanitized} + code  declares a library; the code makes cffi's `ffi`
-    fork     {key, cpu, space}              starts a session -> pid; four descriptors come with it:
-                                            the session's socket, files for stdout and stderr, the
-                                            page; space: bytes of addresses, 0 for no limit
-    reap     {pid, grace, ask}              ends a session -> wait status, CPU seconds; ask: first
+    fork     {session, key, cpu, each_call, space}
+                                            starts a session, by a number of the parent's; four
+                                            descriptors come with it: the session's socket, files
+                                            for stdout and stderr, the page; cpu seconds of the
+                                            whole, or of each call; space: bytes of addresses, 0
+                                            for no limit
+    release  {session, grace}               lets a session end by itself, and buries it later
+    reap     {session, grace, ask}          ends a session -> wait status, CPU seconds; ask: first
                                             have it note where it is
-    release  {pid, grace}                   lets a session end by itself, and buries it later
 The worker's first frame, "ready", answers no request; a session's first, "locked", says that the
-submission's code comes now.
+submission's code comes now, and the second, "done", that its library is loaded.
 Requests of the parent to a session:
     call     {function, count, parameters} + arguments   -> results, tables afterwards
     get      {name, size}                   -> bytes of a global variable
-    set      {name} + bytes                 writes a global variable
+    set      {name} + bytes                 writes a global variable; without a reply when it can
     buffer   {} + bytes                     -> address of memory that stays as long as the session
     peek     {address, size}                -> bytes of the session's memory
     close    {}                             ends the session, without a reply
@@ -27,6 +30,8 @@ unloadable.
 
 The page is memory shared with the session's process, which a crash leaves as it is: MRT_TODO's
 markers, the number of the call that runs, and where the code was when a signal came (watch.c).
+Behind it is room: a request with "room" has that many of its bytes there instead, and so has its
+answer, behind them (shared.py).
 """
 
 from __future__ import annotations
@@ -35,7 +40,6 @@ import json
 import socket
 import struct
 import time
-from collections.abc import Sequence
 from typing import Any
 
 HEAD = struct.Struct("<IQ")
@@ -46,50 +50,58 @@ TRACE_OFFSET = 136  # a multiple of 8
 FRAMES = 32
 TRACE = struct.Struct(f"=QQII{FRAMES}Q")  # library's address, instruction, signal, count, callers
 PAGE_BYTES = TRACE_OFFSET + TRACE.size
+ROOM_OFFSET, ROOM_BYTES = 4096, 32 << 20  # for two pictures of 1280x720
+SHARED_BYTES = ROOM_OFFSET + ROOM_BYTES
+LARGE_BYTES = 1 << 15  # from here on, it is worth it
 MAX_JSON_BYTES = 1 << 16
 DESCRIPTORS = 4  # that come with a fork request
+MAX_READ_BYTES = 1 << 18  # at once
 
 
-def read_frame(
-    sock: socket.socket, limit: int = 1 << 33, deadline: float | None = None, start: bytes = b""
-) -> tuple[dict[str, Any], bytes]:
-    """Read one frame, whose first bytes may be known already.
+def answer_offset(size: int) -> int:
+    """Return where the answer lies in the shared memory, to a request of so many bytes there."""
+    return ROOM_OFFSET + (size + 63) // 64 * 64
 
-    `deadline` is a time of time.monotonic(). Raises EOFError at the end, TimeoutError at the
-    deadline, ValueError when the frame is malformed or its payload longer than `limit`.
+
+class Reader:
+    """Reads frames from a socket, of which some first bytes may be known already.
+
+    `ahead` is how many bytes may be read at once, beyond the frame if more are there.
     """
-    start += _read_exactly(sock, HEAD.size - len(start), deadline)
-    head_length, length = HEAD.unpack(start)
-    if head_length > MAX_JSON_BYTES or length > limit:
-        raise ValueError("frame too long")
-    head = json.loads(_read_exactly(sock, head_length, deadline))
-    if not isinstance(head, dict):
-        raise ValueError("malformed frame")
-    return head, _read_exactly(sock, length, deadline)
+
+    def __init__(self, sock: socket.socket, start: bytes = b"", ahead: int = 1 << 16) -> None:
+        self._sock, self._held, self._ahead = sock, bytearray(start), ahead
+
+    def frame(
+        self, limit: int = 1 << 33, deadline: float | None = None
+    ) -> tuple[dict[str, Any], bytes]:
+        """Read one frame. `deadline` is a time of time.monotonic().
+
+        Raises EOFError at the end, TimeoutError at the deadline, ValueError when the frame is
+        malformed or its payload longer than `limit`.
+        """
+        head_length, length = HEAD.unpack(self._take(HEAD.size, deadline))
+        if head_length > MAX_JSON_BYTES or length > limit:
+            raise ValueError("frame too long")
+        head = json.loads(self._take(head_length, deadline))
+        if not isinstance(head, dict):
+            raise ValueError("malformed frame")
+        return head, self._take(length, deadline)
+
+    def _take(self, length: int, deadline: float | None) -> bytes:
+        while (missing := length - len(self._held)) > 0:
+            if deadline is not None:
+                self._sock.settimeout(max(deadline - time.monotonic(), 1e-3))
+            data = self._sock.recv(min(max(missing, self._ahead), MAX_READ_BYTES))
+            if not data:
+                raise EOFError
+            self._held += data
+        taken = bytes(self._held[:length])
+        del self._held[:length]
+        return taken
 
 
-def write_frame(
-    sock: socket.socket,
-    head: dict[str, Any],
-    payload: bytes = b"",
-    descriptors: Sequence[int] = (),
-) -> None:
-    """Write one frame; descriptors travel with its first bytes."""
+def frame(head: dict[str, Any], payload: bytes = b"") -> bytes:
+    """Return the bytes of one frame."""
     text = json.dumps(head).encode()
-    start = HEAD.pack(len(text), len(payload))
-    sent = socket.send_fds(sock, [start], descriptors) if descriptors else 0
-    sock.sendall(start[sent:] + text)
-    sock.sendall(payload)
-
-
-def _read_exactly(sock: socket.socket, length: int, deadline: float | None) -> bytes:
-    data = bytearray(length)
-    view = memoryview(data)
-    while view:
-        if deadline is not None:
-            sock.settimeout(max(deadline - time.monotonic(), 1e-3))
-        count = sock.recv_into(view)
-        if count == 0:
-            raise EOFError
-        view = view[count:]
-    return bytes(data)
+    return b"".join((HEAD.pack(len(text), len(payload)), text, payload))

@@ -17,7 +17,8 @@ int prctl(int option, unsigned long a, unsigned long b, unsigned long c, unsigne
 long syscall(long number, long a, long b, long c, long d);
 """
 
-_SET_PDEATHSIG, _SET_DUMPABLE, _SET_SECCOMP, _SET_NO_NEW_PRIVS = 1, 4, 22, 38
+_SET_PDEATHSIG, _SET_DUMPABLE, _SET_SECCOMP, _SET_CHILD_SUBREAPER = 1, 4, 22, 36
+_SET_NO_NEW_PRIVS = 38
 _SECCOMP_MODE_FILTER = 2
 
 # Instructions of the kernel's packet filter, and what a filter may answer.
@@ -47,8 +48,17 @@ class Lock:
 
     def hide(self) -> None:
         """Be no longer open to debuggers, nor able to gain privileges; die with the parent."""
-        for option, value in ((_SET_DUMPABLE, 0), (_SET_NO_NEW_PRIVS, 1), (_SET_PDEATHSIG, 9)):
-            self._prctl(option, value)
+        self.close_to_debuggers()
+        self._prctl(_SET_NO_NEW_PRIVS, 1)
+        self._prctl(_SET_PDEATHSIG, 9)
+
+    def close_to_debuggers(self) -> None:
+        """Let nobody of the same user attach to this process, nor read its memory."""
+        self._prctl(_SET_DUMPABLE, 0)
+
+    def adopt_orphans(self) -> None:
+        """Become the parent of what children leave behind when they end."""
+        self._prctl(_SET_CHILD_SUBREAPER, 1)
 
     def only_files(self, read: Sequence[str], write: Sequence[str] = ()) -> bool:
         """Leave nothing of the files but reading, or writing, in these places.
@@ -69,9 +79,9 @@ class Lock:
         os.close(rules)
         return True
 
-    def filter_calls(self, architecture: Architecture) -> None:
+    def filter_calls(self, calls: Filter) -> None:
         """Refuse every system call but those of the list, for ever."""
-        program = b"".join(_program(architecture, os.getpid()))
+        program = calls.of(os.getpid())
         code = self._ffi.from_buffer(program)
         address = int(self._ffi.cast("uintptr_t", code))
         # struct sock_fprog: the number of instructions, and where they are.
@@ -105,21 +115,39 @@ class Lock:
         os.close(place)
 
 
-def _program(architecture: Architecture, process: int) -> Iterator[bytes]:
-    """Yield the filter's instructions: one after another, each skips the next few when it fails."""
+class Filter:
+    """The instructions that filter system calls, but for what depends on the process.
+
+    They run one after another; each test skips the next few when it fails.
+    """
+
+    def __init__(self, architecture: Architecture) -> None:
+        self._to_itself = architecture.to_itself.values()
+        self._before = b"".join(_recognise(architecture))
+        self._after = _step(_RETURN, _ERRNO | _ENOSYS)
+
+    def of(self, process: int) -> bytes:
+        """Return the filter of a process, which may send signals to itself only."""
+        own = [
+            step
+            for number in self._to_itself
+            for step in _when(number, 0, _EQUAL, process, _ALLOW, _ERRNO | _EPERM)
+        ]
+        return b"".join((self._before, *own, self._after))
+
+
+def _recognise(architecture: Architecture) -> Iterator[bytes]:
     yield _step(_LOAD, _ARCHITECTURE)
     yield _step(_EQUAL, architecture.audit, if_true=1)
     yield _step(_RETURN, _KILL)
     yield _step(_LOAD, _NUMBER)
-    for number in architecture.allowed:
+    for number in architecture.allowed.values():
         yield _step(_EQUAL, number, if_false=1)
         yield _step(_RETURN, _ALLOW)
-    for number, flags in architecture.opens:
+    for number, flags in architecture.opens.values():
         yield from _when(number, flags, _ANY_BIT, _WRITING, _ERRNO | _EACCES, _ALLOW)
-    yield from _when(architecture.prlimit, 0, _EQUAL, 0, _ALLOW, _ERRNO | _EPERM)
-    for number in architecture.to_itself:
-        yield from _when(number, 0, _EQUAL, process, _ALLOW, _ERRNO | _EPERM)
-    yield _step(_RETURN, _ERRNO | _ENOSYS)
+    for number in architecture.limits.values():
+        yield from _when(number, 0, _EQUAL, 0, _ALLOW, _ERRNO | _EPERM)
 
 
 def _when(

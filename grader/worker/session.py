@@ -5,10 +5,11 @@ from __future__ import annotations
 import contextlib
 import mmap
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from grader.worker.frames import COUNTER, TODO_BYTES, TRACE_OFFSET
+from grader.worker.shared import Shared
 
 GUARDED_BYTES = 4096  # tables of at least this size end at a guard page
 CANARY = 0xA5
@@ -17,7 +18,6 @@ LIBC = """
 void *malloc(size_t size);
 void free(void *memory);
 int mprotect(void *start, size_t length, int protection);
-int fflush(void *stream);
 """
 
 
@@ -35,7 +35,9 @@ class Table:
     With a sanitizer, plain malloc is better: every byte around it is watched.
     """
 
-    def __init__(self, ffi: Any, libc: Any, content: bytes, ctype: Any, guarded: bool) -> None:
+    def __init__(
+        self, ffi: Any, libc: Any, content: bytes | memoryview, ctype: Any, guarded: bool
+    ) -> None:
         self._ffi, self._libc, self._size = ffi, libc, len(content)
         self._map: mmap.mmap | None = None
         if guarded and len(content) >= GUARDED_BYTES:
@@ -59,13 +61,13 @@ class Table:
         """Return the address as a pointer of that type."""
         return self._ffi.cast(ctype, self.address)
 
-    def content(self) -> bytes:
-        """Return the bytes. Raises StrayWrite when those just before have changed."""
+    def copy_to(self, out: memoryview) -> None:
+        """Copy the bytes. Raises StrayWrite when those just before have changed."""
         if self._map is not None:
             before = self._map[mmap.PAGESIZE : mmap.PAGESIZE + self._slack]
             if before.count(CANARY) != self._slack:
                 raise StrayWrite
-        return bytes(self._ffi.buffer(self.pointer(), self._size))
+        self._ffi.memmove(out, self.pointer(), self._size)
 
     def free(self) -> None:
         """Give malloc's memory back; a mapping goes with the object."""
@@ -76,18 +78,18 @@ class Table:
 class Session:
     """The child's side of a session: one loaded library."""
 
-    def __init__(self, ffi: Any, path: str, page: mmap.mmap, sanitized: bool) -> None:
-        self._ffi, self._page, self._guarded = ffi, page, not sanitized
+    def __init__(self, ffi: Any, path: str, shared: Shared, sanitized: bool) -> None:
+        self._ffi, self._shared, self._guarded = ffi, shared, not sanitized
         self._libc = ffi.dlopen(None)
         self._lib = ffi.dlopen(path, ffi.RTLD_LAZY)
         self._buffers: list[Table] = []
-        self._todo = ffi.from_buffer("unsigned char[]", page)
+        self._todo = ffi.from_buffer("unsigned char[]", shared.page)
         # A library that is no submission has no exercises.
         with contextlib.suppress(ffi.error, AttributeError):
             self._lib.todo_page = self._todo
         self._lib.mrt_watch(self._todo + TRACE_OFFSET, sanitized)
 
-    def call(self, head: dict[str, Any], payload: bytes) -> bytes:
+    def call(self, head: dict[str, Any], payload: bytes | memoryview) -> memoryview:
         """Call a function `count` times; return the results, then each "table" as it is afterwards.
 
         `parameters` has a pair (kind, number of bytes) for each, and the payload their bytes, one
@@ -101,39 +103,41 @@ class Session:
         ctype, count = self._ffi.typeof(function), head["count"]
         columns = self._columns(head["parameters"], ctype.args, payload, count)
         void = ctype.result.kind == "void"
-        results = None if void else self._ffi.new(f"{ctype.result.cname}[]", count)
-        after: list[list[bytes]] = [[] for _ in columns]
+        results = self._ffi.new(f"{'char' if void else ctype.result.cname}[]", 0 if void else count)
+        start = self._ffi.sizeof(results)
+        sizes = [size if kind == "table" else 0 for kind, size in head["parameters"]]
+        out = self._shared.answer(start + sum(sizes))
+        tables = list(_cut(out[start:], sizes))
         for k in range(count):
-            COUNTER.pack_into(self._page, TODO_BYTES, k)
+            COUNTER.pack_into(self._shared.page, TODO_BYTES, k)
             arguments = [column(k) for column in columns]
             value = function(*[getattr(each, "passed", each) for each in arguments])
-            if results is not None:
+            if not void:
                 results[k] = value
-            for pieces, each in zip(after, arguments, strict=True):
+            for each, table in zip(arguments, tables, strict=True):
                 if isinstance(each, Table):
-                    pieces.append(each.content())
+                    each.copy_to(_piece(table, k, count))
                     each.free()
-        data = b"" if results is None else bytes(self._ffi.buffer(results))
-        self._libc.fflush(self._ffi.NULL)  # what was printed is kept, even if the next call crashes
-        return data + b"".join(piece for pieces in after for piece in pieces)
+        self._ffi.memmove(out, results, start)
+        return out
 
     def _columns(
-        self, parameters: list[tuple[str, int]], types: Any, payload: bytes, count: int
+        self, parameters: list[tuple[str, int]], types: Any, payload: bytes | memoryview, count: int
     ) -> list[Callable[[int], Any]]:
         """Return, for each parameter, the function that gives the argument of call number k."""
         if len(parameters) != len(types):
             raise Refused(f"{len(parameters)} arguments for {len(types)} parameters")
-        columns, offset = [], 0
-        for (kind, size), ctype in zip(parameters, types, strict=True):
-            content = payload[offset : offset + size]
-            columns.append(self._column(kind, ctype, content, count))
-            offset += size
-        return columns
+        contents = _cut(memoryview(payload), [size for _, size in parameters])
+        return [
+            self._column(kind, ctype, content, count)
+            for (kind, _), ctype, content in zip(parameters, types, contents, strict=True)
+        ]
 
-    def _column(self, kind: str, ctype: Any, content: bytes, count: int) -> Callable[[int], Any]:
+    def _column(
+        self, kind: str, ctype: Any, content: memoryview, count: int
+    ) -> Callable[[int], Any]:
         if kind == "table":
-            size = len(content) // count
-            return lambda k: self._table(content[k * size : (k + 1) * size], ctype)
+            return lambda k: self._table(_piece(content, k, count), ctype)
         # A pointer travels as its bytes too, so "address" and "value" are read alike.
         values = self._ffi.new(f"{ctype.cname}[]", count)
         if self._ffi.sizeof(values) != len(content):
@@ -141,14 +145,14 @@ class Session:
         self._ffi.memmove(values, content, len(content))
         return lambda k: values[k]
 
-    def _table(self, content: bytes, ctype: Any) -> Table:
+    def _table(self, content: bytes | memoryview, ctype: Any) -> Table:
         return Table(self._ffi, self._libc, content, ctype, self._guarded)
 
-    def get(self, head: dict[str, Any], payload: bytes) -> bytes:
+    def get(self, head: dict[str, Any], payload: bytes | memoryview) -> memoryview:
         """Return the first `size` bytes of a global variable; the parent knows its size."""
-        return bytes(self._ffi.buffer(self._variable(head), head["size"]))
+        return self._copied(self._variable(head), head["size"])
 
-    def set(self, head: dict[str, Any], payload: bytes) -> bytes:
+    def set(self, head: dict[str, Any], payload: bytes | memoryview) -> bytes:
         """Write the first bytes of a global variable."""
         self._ffi.memmove(self._variable(head), payload, len(payload))
         return b""
@@ -160,11 +164,32 @@ class Session:
             raise Refused(f"missing: {head['name']}") from error
         return self._ffi.cast("char *", pointer)
 
-    def buffer(self, head: dict[str, Any], payload: bytes) -> bytes:
+    def buffer(self, head: dict[str, Any], payload: bytes | memoryview) -> memoryview:
         """Keep a copy of the payload until the session ends; return its address."""
         self._buffers.append(self._table(payload, self._ffi.typeof("char *")))
-        return struct.pack("=Q", self._buffers[-1].address)
+        address = self._shared.answer(8)
+        struct.pack_into("=Q", address, 0, self._buffers[-1].address)
+        return address
 
-    def peek(self, head: dict[str, Any], payload: bytes) -> bytes:
+    def peek(self, head: dict[str, Any], payload: bytes | memoryview) -> memoryview:
         """Return bytes at an address, such as one that a function has returned."""
-        return bytes(self._ffi.buffer(self._ffi.cast("char *", head["address"]), head["size"]))
+        return self._copied(self._ffi.cast("char *", head["address"]), head["size"])
+
+    def _copied(self, pointer: Any, size: int) -> memoryview:
+        out = self._shared.answer(size)
+        self._ffi.memmove(out, pointer, size)
+        return out
+
+
+def _cut(data: memoryview, sizes: Sequence[int]) -> Iterator[memoryview]:
+    """Yield consecutive parts of these sizes."""
+    start = 0
+    for size in sizes:
+        yield data[start : start + size]
+        start += size
+
+
+def _piece(data: memoryview, k: int, count: int) -> memoryview:
+    """Return the part number k of `count` equal ones."""
+    size = len(data) // count
+    return data[k * size : (k + 1) * size]

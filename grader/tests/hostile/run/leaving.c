@@ -43,7 +43,7 @@ ATTACK(fill_outputs)
     COULD(fstat(1, &about) == 0 && about.st_size > 4000000);
 }
 
-ATTACK(sparse_output) { COULD(lseek(1, 1LL << 40, SEEK_SET) > 0 && write(1, "x", 1) == 1); }
+ATTACK(sparse_output) { COULD(lseek(1, 1LL << 40, SEEK_SET) > 0 && write(1, "x", 1) == 1 && lseek(1, 0, SEEK_END) > 1 << 30); }
 ATTACK(system_v_memory) { COULD(shmget(0x4d525421, 4096, IPC_CREAT | 0600) >= 0); }
 ATTACK(system_v_queue) { COULD(msgget(0x4d525421, IPC_CREAT | 0600) >= 0 || semget(0x4d525421, 1, IPC_CREAT | 0600) >= 0); }
 ATTACK(posix_queue) { COULD(syscall(SYS_mq_open, MARK, O_CREAT | O_RDWR, 0600, NULL) >= 0); }
