@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from grader import reproducer
 from grader.manifest import Check, Exercise, Manifest
 from grader.records import CheckResult, ExerciseResult, Finding, Outcome
 from grader.texts import Texts
@@ -19,6 +20,7 @@ _WORST_FIRST = (
     Outcome.TODO,
     Outcome.PASSED,
 )
+_DONE_WRONG = (Outcome.FAILED, Outcome.CRASHED, Outcome.TIMEOUT)
 # The function was never judged: its question would lead astray.
 _BESIDE = (
     *("failure.missing", "failure.not_built", "failure.not_linked", "failure.unreadable"),
@@ -38,12 +40,36 @@ def conclude(
     `hint` is the level of help, from a question (1) to the most direct (3); `rejected` are the
     files that do not compile.
     """
-    marked = [_with_markers(each, rules.checks()[each.check]) for each in findings]
+    wrong = at_fault(findings, rules)
+    ahead = unwritten(findings, rules)
+    marked = [_settled(each, wrong, ahead, rules) for each in findings]
     outcomes = {each.check: each.outcome for each in marked}
-    telling = _Telling(rules, texts, hint, rejected)
+    telling = _Telling(rules, texts, hint, rejected, wrong)
     checks = [_judge(each, rules, outcomes, telling) for each in marked]
     exercises = [_sum(each, checks, texts.language) for each in rules.exercises]
     return checks, [each for each in exercises if each is not None]
+
+
+def at_fault(findings: Iterable[Finding], rules: Manifest) -> frozenset[str]:
+    """Return the exercises of which a check did not pass."""
+    checks = rules.checks()
+    wrong = (each for each in findings if each.outcome is not Outcome.PASSED)
+    return frozenset(checks[each.check].exercise for each in wrong)
+
+
+def unwritten(findings: Iterable[Finding], rules: Manifest) -> frozenset[str]:
+    """Return the exercises whose own marker was met where a check did not pass."""
+    checks = rules.checks()
+    wrong = (each for each in findings if each.outcome is not Outcome.PASSED)
+    return frozenset(
+        checks[each.check].exercise for each in wrong if checks[each.check].exercise in each.todo
+    )
+
+
+def is_judged(finding: Finding, check: Check) -> bool:
+    """Say whether a check failed of which the exercise is written, and could be called."""
+    failed = finding.outcome in _DONE_WRONG
+    return failed and check.exercise not in finding.todo and not _is_beside(finding)
 
 
 @dataclass(frozen=True)
@@ -54,13 +80,29 @@ class _Telling:
     texts: Texts
     hint: int
     rejected: Container[str]
+    wrong: frozenset[str]  # exercises of which a check did not pass
 
-    def help(self, check: str) -> str:
-        """Return the question of a check, or its hint of the level, the last that it has."""
-        found = self.texts.get(f"question.{check}")
+    def help(self, finding: Finding) -> str:
+        """Return a question, or the hint of the level, the last that there is.
+
+        They are those of the mistake that is recognised, which the last level names; of the check
+        when there is none.
+        """
+        if known := self._mistakes(finding.evidence.mistakes):
+            return known
+        found = self.texts.get(f"question.{finding.check}")
         for level in range(2, self.hint + 1):
-            found = self.texts.get(f"hint.{check}.{level}", found)
+            found = self.texts.get(f"hint.{finding.check}.{level}", found)
         return found
+
+    def _mistakes(self, ids: Sequence[str]) -> str:
+        """Return what is told of mistakes that no check tells apart; each sentence once."""
+        parts = (("question",), ("hint",), ("title", "hint"))[self.hint - 1]
+        told = (
+            " ".join(filter(None, (self.texts.get(f"mistake.{name}.{part}") for part in parts)))
+            for name in ids
+        )
+        return self.texts.say("note.or").join(dict.fromkeys(filter(None, told)))
 
     def note(self, finding: Finding, exercise: Exercise, outcome: Outcome) -> str:
         """Return what to know besides."""
@@ -68,16 +110,20 @@ class _Telling:
         return " ".join(filter(None, [self._marker(finding, exercise, outcome), *remarks]))
 
     def _marker(self, finding: Finding, exercise: Exercise, outcome: Outcome) -> str:
-        """Say that a marker was left, or what must be done first."""
+        """Say that a marker was left, where the fault lies, or what must be done first."""
         if outcome is Outcome.PASSED and exercise.id in finding.todo:
             return self.texts.say("note.marker", id=exercise.id, file=exercise.file)
+        if outcome is Outcome.PASSED and finding.through:
+            return self.texts.say("note.through", ids=", ".join(finding.through))
         if outcome is not Outcome.BLOCKED:
             return ""
-        files = {self.rules.exercise(name).file for name in finding.todo}
+        first = _waits_for(finding, self.wrong, self.rules)
+        files = {self.rules.exercise(name).file for name in first}
         broken = sorted(file for file in files if file in self.rejected)
         if broken:
             return self.texts.say("note.blocked_by_file", files=", ".join(broken))
-        return self.texts.say("note.blocked", ids=", ".join(sorted(finding.todo)))
+        key = "note.blocked" if finding.todo & first else "note.waits"
+        return self.texts.say(key, ids=", ".join(sorted(first)))
 
 
 def _is_beside(finding: Finding) -> bool:
@@ -85,12 +131,31 @@ def _is_beside(finding: Finding) -> bool:
     return finding.verdict is not None and finding.verdict.key in _BESIDE
 
 
-def _with_markers(finding: Finding, check: Check) -> Finding:
-    """Make a wrong answer `todo` by the exercise's own marker, `blocked` by another's."""
-    if finding.outcome in (Outcome.PASSED, Outcome.ERROR) or not finding.todo:
+def _settled(
+    finding: Finding, wrong: frozenset[str], ahead: frozenset[str], rules: Manifest
+) -> Finding:
+    """Make a wrong answer `todo` by the exercise's own marker, `blocked` where another is at fault.
+
+    It may be: its marker was met, or right code calls it in this check and it is itself wrong. But
+    what is not written waits for nothing else.
+    """
+    check = rules.checks()[finding.check]
+    if finding.outcome in (Outcome.PASSED, Outcome.ERROR):
         return finding
-    own = check.exercise in finding.todo
-    return replace(finding, outcome=Outcome.TODO if own else Outcome.BLOCKED)
+    if check.exercise in finding.todo:
+        return replace(finding, outcome=Outcome.TODO)
+    if finding.alone or not _waits_for(finding, wrong, rules):
+        return finding
+    outcome = Outcome.TODO if check.exercise in ahead else Outcome.BLOCKED
+    return replace(finding, outcome=outcome)
+
+
+def _waits_for(finding: Finding, wrong: frozenset[str], rules: Manifest) -> frozenset[str]:
+    """Return the exercises that may be the cause of a check's failure: those to write first."""
+    if finding.todo:
+        return finding.todo
+    check = rules.checks()[finding.check]
+    return frozenset() if _is_beside(finding) else rules.needed(check) & wrong
 
 
 def _place(finding: Finding, texts: Texts) -> str:
@@ -131,13 +196,13 @@ def _judge(
         points=check.points if passed else round(share * check.points),
         max_points=check.points,
         message=message,
-        hint="" if passed or _is_beside(finding) else telling.help(check.id),
+        hint="" if passed or _is_beside(finding) else telling.help(finding),
         note=telling.note(finding, exercise, outcome),
         location=finding.location,
-        output=finding.output if outcome in (Outcome.FAILED, Outcome.TIMEOUT) else "",
+        output=finding.output if outcome in _DONE_WRONG else "",
         seconds=finding.seconds,
         mistakes=finding.evidence.mistakes,
-        reproducer=finding.evidence.reproducer,
+        reproducer=reproducer.told(finding.evidence.reproducer, texts),
         images=finding.evidence.images,
     )
 

@@ -15,13 +15,17 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from grader import manifest, offswitches, toolchain
-from grader.bind import derive
+from grader.declared import declared
+from grader.files import write_whole
 from grader.intake import SHIM
 from grader.isolation.confined import OUT_OF_TIME, give_away, run_tool, take_back
-from grader.records import Binding, BuildResult, BuildStatus, Target, Told
+from grader.records import Binding, BuildResult, BuildStatus, Function, Target, Told
 from grader.toolchain import Compiler
 
 LANGUAGES = ("c", "c++")
+NM_SECONDS = 20
+COUNTING = manifest.PACKAGE / "count.c"
+COUNT = "mrt_object_tests"  # its function: the entries since it was last called
 
 
 class BuildError(Told):
@@ -36,6 +40,14 @@ class Object:
     errors: str
     warnings: str
     language: str = "c"
+
+
+@dataclass(frozen=True)
+class Symbols:
+    """The global names that an object defines, and those that it takes from elsewhere."""
+
+    defined: frozenset[str]
+    wanted: frozenset[str]
 
 
 def _in_order(names: Iterable[str]) -> list[str]:
@@ -65,24 +77,76 @@ class Job:
     def compile(self, name: str, language: str) -> Object:
         """Compile one file of the clean folder as one of LANGUAGES."""
         done = self._compile(self.sources / name, name, language)
-        if done.errors or name in manifest.load().given:
+        if done.errors or name not in self.own():
             return done
         texts = {
             path.name: path.read_bytes() for path in (self.sources / name, *self._own_headers())
         }
         return replace(done, errors=offswitches.in_text(texts))
 
+    def own(self) -> list[str]:
+        """Return the names of the files to compile that are not given."""
+        given = manifest.load().given
+        return [name for name in self.units() if name not in given]
+
     def _own_headers(self) -> list[Path]:
         given = manifest.load().given
         return [path for path in sorted(self.sources.glob("*.h")) if path.name not in given]
 
+    def symbols(self, objects: Mapping[str, Object]) -> dict[str, Symbols]:
+        """Return what each object defines and wants, by the names of their files.
+
+        Raises OSError when the machine has no `nm`.
+        """
+        paths = [each.path.resolve() for each in objects.values()]
+        command = ["nm", "-P", "-g", "-A", *map(str, paths)]
+        ran = run_tool(command, self.sources, paths, seconds=NM_SECONDS)
+        lines = ran.output.splitlines()
+        found = {}
+        for name, path in zip(objects, paths, strict=True):
+            prefix = f"{path}: "
+            own = [line[len(prefix) :].split(" ") for line in lines if line.startswith(prefix)]
+            wanted = frozenset(words[0] for words in own if words[1:2] in (["U"], ["w"]))
+            found[name] = Symbols(frozenset(words[0] for words in own) - wanted, wanted)
+        return found
+
+    def weakened(self, each: Object, names: Sequence[str]) -> Object:
+        """Return the object with these names weak: another's definition takes their place."""
+        flags = [f"--weaken-symbol={name}" for name in names]
+        path = each.path.with_name(f"{key_of(each.path.name, flags)}.o")
+        if not path.exists():
+            command = ["objcopy", *flags, str(each.path.resolve())]
+            status, output = _run(command, path, self.sources, [each.path])
+            if status != 0:
+                raise BuildError("machine.failed", detail=output)
+        return replace(each, path=path)
+
+    def mixed(self, named: Sequence[tuple[str, Object]]) -> str:
+        """Return the library of objects some of whose names are weak. Raises BuildError."""
+        flags = toolchain.mixed_link_flags(self.compiler)
+        library = self.cache / "libraries" / self._library_name([each for _, each in named], flags)
+        if not library.exists() and (errors := self._link(library, named, flags)):
+            raise BuildError("machine.failed", detail=errors)
+        return str(library.resolve())
+
     def bind(self) -> tuple[Binding, Object]:
         """Derive the declarations, and compile the shim made from them."""
         flags = toolchain.defines(self.target)
-        binding, text = derive(self.sources, flags, self.compiler.command)
-        shim = self.cache / "shims" / key_of(text) / SHIM
-        _write(shim, text.encode())
-        return binding, self._compile(shim, SHIM)
+        binding, text = declared(self.sources, flags, self.compiler, self.cache)
+        if self.target.counted:
+            binding = replace(
+                binding,
+                cdef=f"{binding.cdef}\nuint64_t {COUNT}(void);",
+                functions={**binding.functions, COUNT: Function(COUNT, COUNT, "uint64_t", ())},
+            )
+            text += COUNTING.read_text(encoding="utf-8")
+        return binding, self.compile_text(SHIM, text)
+
+    def compile_text(self, name: str, text: str) -> Object:
+        """Compile a file of the grader's own."""
+        source = self.cache / "shims" / key_of(text) / name
+        write_whole(source, text.encode())
+        return self._compile(source, name)
 
     def link(
         self,
@@ -137,11 +201,11 @@ class Job:
         if complaint:
             failure = self._link(library, named, toolchain.lenient_link_flags(self.compiler))
         if not failure:
-            _write(kept, complaint.encode())
+            write_whole(kept, complaint.encode())
         return failure, complaint
 
-    def _library_name(self, objects: Sequence[Object]) -> str:
-        flags = toolchain.link_flags(self.compiler, self.target)
+    def _library_name(self, objects: Sequence[Object], extra: Sequence[str] = ()) -> str:
+        flags = [*toolchain.link_flags(self.compiler, self.target), *extra]
         key = key_of([each.path.name for each in objects], flags, self.compiler)
         return f"mrt-{key}{toolchain.library_suffix(self.compiler)}"
 
@@ -149,7 +213,7 @@ class Job:
         flags = toolchain.compile_flags(self.compiler, self.target, language)
         given = manifest.load().given
         # A given file includes given headers only: it is compiled once for every submission.
-        own = [] if name in (*given, SHIM) else self._own_headers()
+        own = [] if name in given or source.parent != self.sources else self._own_headers()
         headers = [self.sources / each for each in given if each.endswith(".h")] + own
         texts = [(each.name, each.read_bytes()) for each in headers]
         key = key_of(self.compiler, flags, name, source.read_bytes(), texts)
@@ -164,9 +228,7 @@ class Job:
         status, output = _run(command, object_file, self.sources, [source])
         if status != 0:
             return Object(object_file, output or f"{name}: {self.compiler.command[0]} failed", "")
-        if errors := offswitches.in_object(name, object_file):
-            return Object(object_file, errors, "")
-        _write(kept, output.encode())
+        write_whole(kept, output.encode())
         return Object(object_file, "", output, language)
 
     def _link(
@@ -203,13 +265,3 @@ def _run(
     if ran.status == OUT_OF_TIME:
         return 1, f"compiling takes more than {toolchain.COMPILE_SECONDS} s\n"
     return ran.status, ran.errors
-
-
-def _write(path: Path, content: bytes) -> None:
-    """Write a file whole: others see the old one, or the new one."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, part = tempfile.mkstemp(dir=path.parent)
-    with os.fdopen(handle, "wb") as out:
-        out.write(content)
-    os.chmod(part, 0o644)
-    os.replace(part, path)

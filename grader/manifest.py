@@ -33,6 +33,8 @@ class Check:
     exercise: str
     points: int
     twin: str = ""  # the check without which this one earns nothing
+    needs: tuple[str, ...] = ()  # exercises whose functions right code calls in this check
+    judges: tuple[str, ...] = ()  # exercises among them whose functions this check judges too
 
 
 @dataclass(frozen=True)
@@ -68,6 +70,17 @@ class Manifest:
     def exercise(self, name: str) -> Exercise:
         """Return the exercise of that id. Raises KeyError."""
         return {each.id: each for each in self.exercises}[name]
+
+    def needed(self, check: Check) -> frozenset[str]:
+        """Return the exercises that a check needs, and those that they depend on, but its own."""
+        found: set[str] = set()
+        waiting = list(check.needs)
+        while waiting:
+            name = waiting.pop()
+            if name not in found:
+                found.add(name)
+                waiting += self.exercise(name).depends
+        return frozenset(found) - {check.exercise}
 
 
 def read_toml(path: Path) -> dict[str, Any]:
@@ -122,7 +135,14 @@ def _exercise(row: dict[str, Any]) -> Exercise:
         section=row["section"],
         depends=tuple(row["depends"]),
         checks=tuple(
-            Check(name, row["id"], share, rule.get("twin", ""))
+            Check(
+                name,
+                row["id"],
+                share,
+                rule.get("twin", ""),
+                tuple(rule.get("needs", row["depends"])),
+                tuple(rule.get("judges", ())),
+            )
             for (name, rule), share in zip(rules.items(), points, strict=True)
         ),
     )
@@ -135,6 +155,8 @@ def _verify(manifest: Manifest, path: Path) -> None:
     wrong = [each for each in ids if ids.count(each) > 1]
     wrong += [name for each in manifest.exercises for name in each.depends if name not in ids]
     wrong += [check.twin for check in checks if check.twin and check.twin not in known]
+    wrong += [name for check in checks for name in check.needs if name not in ids]
+    wrong += [name for check in checks for name in check.judges if name not in check.needs]
     if len(known) != len(checks):
         wrong.append("a check stands twice")
     if wrong:

@@ -8,17 +8,12 @@ compared elsewhere.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
-from pathlib import Path
-
-from grader.isolation.confined import run_tool
-
-NM_SECONDS = 20
+from collections.abc import Iterable, Mapping
 
 _ATTRIBUTE = rb"no_sanitize\w*|no_address_safety_analysis|disable_sanitizer_instrumentation"
 _SYMBOL = rb"__(?:a|ub|l)san_\w+|__sanitizer_\w+|__cyg_profile_\w+"
 _WORD = re.compile(rb"\b_*(?:" + _ATTRIBUTE + rb")\b|\b(?:" + _SYMBOL + rb")\b")
-_DEFINED = re.compile(r"^(" + _SYMBOL.decode() + r") [A-Z] ", re.MULTILINE)
+_DEFINED = re.compile(_SYMBOL.decode())
 # Comments and strings, where anything may stand; but a string in an attribute is no such thing.
 _SILENT = re.compile(rb"//[^\n]*|/\*.*?\*/|\"(?:\\.|[^\"\\\n])*\"", re.DOTALL)
 
@@ -28,15 +23,9 @@ def in_text(files: Mapping[str, bytes]) -> str:
     return "".join(_errors(name, content) for name, content in files.items())
 
 
-def in_object(name: str, path: Path) -> str:
-    """Return the errors for what a compiled file defines; `name` is its source's. "" for nothing.
-
-    Raises OSError when the machine has no `nm`.
-    """
-    ran = run_tool(
-        ["nm", "-P", "-g", "--defined-only", str(path)], path.parent, [path], seconds=NM_SECONDS
-    )
-    return "".join(_error(name, 1, word) for word in _DEFINED.findall(ran.output))
+def in_symbols(name: str, defined: Iterable[str]) -> str:
+    """Return the errors for what an object defines; `name` is its source's. "" for nothing."""
+    return "".join(_error(name, 1, word) for word in sorted(defined) if _DEFINED.fullmatch(word))
 
 
 def _errors(name: str, content: bytes) -> str:

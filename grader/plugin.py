@@ -9,23 +9,27 @@ import contextlib
 import io
 import os
 import re
+import time
 from collections.abc import Generator
 from pathlib import Path
 
 import pytest
 
-from grader.expected import FOLDER
+from grader import course
+from grader.diagnosis import named
+from grader.expected import FOLDER, ExpectedError
 from grader.grading import conclude
 from grader.judge import UNIT_LIMITS, Fatal, Student, Wrong
 from grader.manifest import PACKAGE, Manifest
 from grader.process import Died, Missing
 from grader.records import Cause, Death, Evidence, Finding, Outcome, Verdict
+from grader.retrial import retried
 from grader.texts import Texts, sentences
 from grader.workshop import NotBuilt, Workshop
 
 CHECKS = PACKAGE / "checks"
 MAX_OUTPUT = 1000  # characters of what a check's code printed that go into the report
-_PRINTING = (Outcome.FAILED, Outcome.TIMEOUT)
+_PRINTING = (Outcome.FAILED, Outcome.TIMEOUT, Outcome.CRASHED)
 _STUDENT = pytest.StashKey[Student]()
 _UNDEFINED = re.compile(r"undefined symbol: (\w+)")
 
@@ -49,7 +53,7 @@ def run_checks(
     keyword: str,
     folder: Path = FOLDER,
 ) -> list[Finding]:
-    """Run the checks of a TP (None: of all) whose names match pytest's keyword expression.
+    """Run the checks of a TP (None: of those that count) whose names match pytest's expression.
 
     `folder` is that of the expected data. Raises SelectionError, PytestError.
     """
@@ -69,7 +73,11 @@ def run_checks(
         raise PytestError(plugin.failure or f"pytest ended with {status}: {said.getvalue()}")
     if keyword and not plugin.findings:
         raise SelectionError(malformed=False)
-    return plugin.findings
+    findings = retried(plugin.findings, rules, workshop, folder, plugin.again)
+    try:
+        return named(findings, rules, folder)
+    except ExpectedError as error:
+        raise PytestError(str(error)) from error
 
 
 class GraderPlugin:
@@ -88,6 +96,7 @@ class GraderPlugin:
         self._workshop, self._rules, self._tp = workshop, rules, tp
         self._folder = folder
         self._texts = texts  # in which pytest's own report tells what is wrong
+        self._items: dict[str, pytest.Function] = {}
 
     def pytest_configure(self, config: pytest.Config) -> None:
         """Declare the marker that ties a test to its check."""
@@ -107,8 +116,12 @@ class GraderPlugin:
             item
             for item in everything
             if _check_id(item) in wanted
-            and self._tp in (None, self._rules.exercise(checks[_check_id(item)].exercise).tp)
+            and self._is_asked(self._rules.exercise(checks[_check_id(item)].exercise).tp)
         ]
+        self._items = {_check_id(each): each for each in items if isinstance(each, pytest.Function)}
+
+    def _is_asked(self, tp: int) -> bool:
+        return course.load().is_counted(tp) if self._tp is None else tp == self._tp
 
     @pytest.fixture
     def student(self, request: pytest.FixtureRequest) -> Student:
@@ -130,6 +143,18 @@ class GraderPlugin:
             if report.failed and self._texts:
                 report.longrepr = self._told(self.findings[-1])
         return report
+
+    def again(self, check: str, student: Student) -> Finding:
+        """Run a check again, on another build of the submission."""
+        item = self._items[check]
+        item.stash[_STUDENT] = student
+        error: Exception | None = None
+        start = time.perf_counter()
+        try:
+            item.obj(student)
+        except Exception as raised:  # as with pytest, whatever it is becomes the finding
+            error = raised
+        return _finding(item, error, time.perf_counter() - start)
 
     def _told(self, finding: Finding) -> str:
         """Return the sentence and the question that the student's report would have."""
@@ -166,11 +191,11 @@ def _finding(item: pytest.Item, error: BaseException | None, seconds: float) -> 
         verdict=verdict,
         location=location,
         todo=student.todo if student else frozenset(),
-        # A crash fills it with the sanitizers' report, which the verdict sums up.
         output=student.output[:MAX_OUTPUT] if student and outcome in _PRINTING else "",
         seconds=seconds,
-        evidence=error.evidence if isinstance(error, Wrong) else Evidence(),
+        evidence=error.evidence if isinstance(error, (Wrong, Fatal)) else Evidence(),
         remarks=tuple(student.remarks) if student else (),
+        testimony=student.testimony.parts if student else {},
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import Any
 
 
 class Told(Exception):
@@ -76,16 +77,21 @@ class Submission:
     converted: tuple[str, ...] = ()  # files that were in UTF-16
     nearby: tuple[Source, ...] = ()  # other versions of the student's files, close to the folder
     in_place: bool = False  # it is core_c itself: the originals are in the package
+    authors: bytes = b""  # the content of its AUTEURS.txt
 
 
 @dataclass(frozen=True)
 class Target:
-    """One way of building: picture size in pixels, with or without sanitizers, further -D flags."""
+    """One way of building: picture size in pixels, with or without sanitizers, further flags.
+
+    `counted`: the library counts how often the functions that intersect an object are entered.
+    """
 
     width: int
     height: int
     sanitized: bool = False
     defines: tuple[str, ...] = ()
+    counted: bool = False
 
 
 @dataclass(frozen=True)
@@ -192,6 +198,8 @@ class Finding:
     evidence: Evidence = Evidence()
     remarks: tuple[Verdict, ...] = ()  # what to know besides, also of a check that passed
     through: tuple[str, ...] = ()  # exercises in whose place the reference stood when it passed
+    alone: bool = False  # wrong with the reference's versions of all that it needs: its own fault
+    testimony: Mapping[str, Any] = field(default_factory=dict)  # what was wrong: see testimony.py
 
 
 @dataclass(frozen=True)

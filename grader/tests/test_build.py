@@ -7,11 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from grader import manifest, toolchain
-from grader.build import BuildError, build
+from grader import bind, manifest, toolchain
+from grader.build import Builder, BuildError, build
+from grader.declared import declared
 from grader.intake import read_submission
 from grader.originals import OriginalsError
 from grader.records import BuildStatus, Target
+from grader.tests.student import EVERY_PIXEL
 from grader.toolchain import Compiler, ToolchainError
 
 SMALL = Target(96, 64)
@@ -69,6 +71,45 @@ def test_libraries_are_named_by_their_content(submission: Write, cache: Path) ->
     assert len({*names, changed}) == 4
 
 
+HELPER = """#include "raytracer.h"
+void put(color *img, int i, int j, color c);
+void put(color *img, int i, int j, color c) { img[j * WIDTH + i] = c; }
+"""
+USES_HELPER = f"""
+    void put(color *img, int i, int j, color c);
+    {EVERY_PIXEL} put(img, i, j, vector_init(1, 0, 0));"""
+
+
+@pytest.mark.parametrize("apart", [True, False], ids=["apart", "helped"])
+def test_another_size_compiles_what_depends_on_it(
+    submission: Write, cache: Path, apart: bool
+) -> None:
+    """TP1's file alone when it calls nothing of the other files; all of them otherwise."""
+    changes = {} if apart else {"fill_red": USES_HELPER}
+    read = read_submission(submission(files={"extra.c": HELPER}, **changes))
+    with Builder(read, cache) as builder:
+        small = builder.start(SMALL)
+        large = builder.start(Target(320, 180), like=small).result()
+    paths = [each.objects for each in (small.result(), large)]
+    assert large.result.status is BuildStatus.BUILT
+    assert paths[0]["main.c"] != paths[1]["main.c"]
+    assert (paths[0]["extra.c"] == paths[1]["extra.c"]) is apart
+
+
+def test_declarations_are_kept_by_content(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """They are derived once, and again when what was kept cannot be read."""
+    sources = manifest.CORE
+    compiler = toolchain.find_compiler()
+    flags = ["-DWIDTH=64", "-DHEIGHT=96"]
+    first = declared(sources, flags, compiler, cache / "once")
+    (kept,) = (cache / "once" / "declared").iterdir()
+    with monkeypatch.context() as patch:
+        patch.setattr(bind, "derive", None)
+        assert declared(sources, flags, compiler, cache / "once") == first
+    kept.write_text('{"binding": {}}', encoding="utf-8")
+    assert declared(sources, flags, compiler, cache / "once") == first
+
+
 def test_an_unwritable_cache_names_the_folder(submission: Write, tmp_path: Path) -> None:
     """The error says where, and the sentence tells the cure."""
     (tmp_path / "file").touch()
@@ -112,6 +153,9 @@ def test_flags_are_chosen_by_platform() -> None:
     assert toolchain.library_suffix(DARWIN) == ".dylib"
     assert "-fmax-errors=20" in toolchain.compile_flags(LINUX, SMALL)
     assert "-ferror-limit=20" in toolchain.compile_flags(DARWIN, SMALL)
+    # Without it clang binds calls within a file for good, and nothing can be replaced.
+    clang = Compiler(("clang",), "Debian clang version 14", "linux")
+    assert "-fsemantic-interposition" in toolchain.compile_flags(clang, SMALL)
 
 
 def test_graded_flags_keep_floats_the_same_everywhere() -> None:

@@ -127,17 +127,12 @@ def test_who_has_come_to_a_tp_loses_nothing_by_the_next(
     assert outcomes(grade(tmp_path)) == dict.fromkeys(todo, "todo")
 
 
-def test_what_cannot_be_judged_yet_waits(grade: Grade, tmp_path: Path) -> None:
-    """Without intersect_scene, what goes through it is blocked, not failed."""
-    solved = {each.id for each in manifest.load().exercises} - {"TP2.5"}
-    write_part(tmp_path, solved)
-    found = outcomes(grade(tmp_path))
-    assert set(found.values()) == {"todo", "blocked"}
-    assert {each for each, outcome in found.items() if outcome == "todo"} == {
-        f"tp2.intersect_scene.{each}" for each in ("meets", "nearest", "kinds", "nothing")
-    }
-    assert found["tp2.trace_ray.object"] == "blocked"
-    assert "tp2.intersect_sphere.meets" not in found
+def test_what_goes_through_another_exercise_is_judged(grade: Grade, tmp_path: Path) -> None:
+    """Without intersect_scene, only its own checks are lost: the reference's stands in."""
+    exercises = manifest.load().exercises
+    write_part(tmp_path, {each.id for each in exercises} - {"TP2.5"})
+    own = [check.id for check in manifest.load().exercise("TP2.5").checks]
+    assert outcomes(grade(tmp_path)) == dict.fromkeys(own, "todo")
 
 
 @pytest.mark.parametrize("turn", range(max(map(len, ATTEMPTS.values()))))

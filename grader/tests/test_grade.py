@@ -174,7 +174,7 @@ def test_common_mistakes_lose_their_own_points(grade: Grade, submission: Write) 
     )
     assert (
         done.check("fill_circle.rim")["hint"]
-        == "L'énoncé demande-t-il < ou <= ? Que vaut la distance au centre pour un rayon nul ?"
+        == "Un pixel dont la distance au centre est exactement le rayon fait-il partie du disque ?"
     )
 
 

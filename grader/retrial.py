@@ -1,0 +1,84 @@
+"""Judging later stages fairly: what failed is judged again among the reference's functions.
+
+A check that did not pass may have failed because of another exercise, on which its own depends.
+Where the reference is present it is run again with the reference's versions of these in the place
+of the submission's: when it passes then, the points are earned, and the finding says through what;
+when it does not, the fault is its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from itertools import groupby
+from pathlib import Path
+
+from grader import substitute
+from grader.grading import at_fault, is_judged, unwritten
+from grader.judge import Student
+from grader.manifest import Check, Manifest
+from grader.records import Finding, Outcome
+from grader.workshop import Workshop
+
+Again = Callable[[str, Student], Finding]  # runs a check, by its id, on another build
+
+
+def retried(
+    findings: Sequence[Finding], rules: Manifest, workshop: Workshop, folder: Path, again: Again
+) -> list[Finding]:
+    """Return the findings, those of the checks that were run again in place of the first ones.
+
+    `folder` holds the expected data.
+    """
+    if not substitute.is_possible():
+        return list(findings)
+    found = {each.check: each for each in findings}
+    # What needs fewer exercises first: whether these are right is known when others ask.
+    order = sorted(
+        (rules.checks()[name] for name in found),
+        key=lambda check: (len(rules.needed(check)), check.exercise),
+    )
+    ahead = unwritten(findings, rules)
+    for names, group in groupby(order, lambda check: _replaced(check, found, rules)):
+        due = [
+            check
+            for check in group
+            if names and check.exercise not in ahead and is_judged(found[check.id], check)
+        ]
+        if not due:
+            continue
+        with workshop.mixed(names, folder) as lend:
+            for check in due:
+                second = again(check.id, lend())
+                found[check.id] = _settled(found, check, second, rules)
+    return [found[each.check] for each in findings]
+
+
+def _replaced(check: Check, found: Mapping[str, Finding], rules: Manifest) -> frozenset[str]:
+    """Return the functions for which the reference's stand in when a check is run again.
+
+    What the check judges beside its own exercise stays, unless that is wrong by itself.
+    """
+    wrong = at_fault(found.values(), rules)
+    exercises = rules.needed(check) - (set(check.judges) - wrong)
+    names = {name for each in exercises for name in rules.exercise(each).functions}
+    return frozenset(names - set(rules.exercise(check.exercise).functions))
+
+
+def _settled(
+    found: Mapping[str, Finding], check: Check, second: Finding, rules: Manifest
+) -> Finding:
+    """Return what a check has found in the end."""
+    first = found[check.id]
+    guilty = rules.needed(check) & at_fault(found.values(), rules)
+    if second.outcome is Outcome.PASSED:
+        return replace(second, through=tuple(sorted(guilty or check.needs)), output="")
+    own = set(rules.exercise(check.exercise).functions)
+    shared = any(own & set(rules.exercise(each).functions) for each in guilty)
+    if check.exercise in second.todo:
+        return second
+    if second.outcome is Outcome.ERROR or shared:
+        return first  # what is at fault could not be replaced
+    # What of a picture is right may now be the reference's own: the first picture's part counts.
+    evidence = replace(second.evidence, share=first.evidence.share)
+    return replace(second, alone=True, output=first.output, evidence=evidence)

@@ -1,0 +1,35 @@
+"""Judging a submission within a test, without the command line."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from grader import manifest
+from grader.grading import conclude
+from grader.judge import sizes_for
+from grader.plugin import run_checks
+from grader.records import CheckResult, Submission
+from grader.texts import Texts
+from grader.workshop import Workshop
+
+REFERENCE = manifest.ROOT / "reference"
+
+
+def solution() -> dict[str, str]:
+    """Return the reference's files by their names."""
+    names = manifest.load().student
+    return {name: (REFERENCE / name).read_text(encoding="utf-8") for name in names}
+
+
+def judge(
+    files: Mapping[str, str], cache: Path, tp: int | None = None, keyword: str = ""
+) -> dict[str, CheckResult]:
+    """Run the checks of a TP whose names match pytest's keyword; return them by their ids."""
+    rules = manifest.load()
+    content = {name: text.encode() for name, text in files.items()}
+    submission = Submission("rendu", content, missing=())
+    with Workshop(submission, sizes_for(tp), cache) as workshop:
+        findings = run_checks(workshop, rules, tp, keyword)
+        checks, _ = conclude(findings, rules, Texts("en"), rejected=workshop.rejected)
+    return {each.id: each for each in checks}
