@@ -31,7 +31,7 @@ def expect_origin(trial: Trial, where: Array) -> None:
         along = (ways[0] <= slack) | (ways[1] <= slack)
         off = (np.maximum(length, got["tmin"]) >= LEAST) & (length <= MOST)
     wrong = ~(along & off) & where
-    trial.complain(wrong, "failure.origin", got=got["orig"], position=position)
+    trial.complain(wrong, "failure.origin", got=got["orig"], position=position, what="out->orig")
 
 
 def expect_fresh(trial: Trial, where: Array) -> None:

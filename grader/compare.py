@@ -9,14 +9,16 @@ accepted convention will do, and of the cases that are wrong the simplest is sho
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from grader import show
+from grader import reproducer, show
 from grader.expected import Answer, Array, Batch
 from grader.records import Evidence, Verdict
+from grader.reproducer import Look
+from grader.testimony import Testimony
 
 MATERIAL = ("kd", "ks", "shininess", "kr", "refraction_index", "pattern", "kd2", "user")
 
@@ -42,6 +44,8 @@ class Trial:
     batch: Batch
     answer: Answer
     hidden: tuple[str, ...] = ()
+    name: str = ""  # in the testimony
+    testimony: Testimony = field(default_factory=Testimony)
 
     @property
     def refused(self) -> Array:
@@ -57,6 +61,11 @@ class Trial:
     def call(self, case: int) -> str:
         """Return the text of a call."""
         return show.call(self.batch, case, self.hidden)
+
+    def evidence(self, case: int, *looks: Look) -> Evidence:
+        """Return the C program that makes a call and looks at what it gives."""
+        program = reproducer.of_case(self.batch, case, self.hidden, *looks)
+        return Evidence(reproducer=program)
 
     def simplest(self, wrong: Array) -> int:
         """Return the case that is easiest to follow among those marked."""
@@ -90,19 +99,40 @@ class Trial:
             if best is None or wrong.sum() < best[0]:
                 best = int(wrong.sum()), wrong, accepted
         assert best is not None
+        self._note(picks, best[2], where, by)
         case = self.simplest(best[1])
         pick = next(each for each in picks if self._wrong(best[2], [each], by)[case])
-        self._complain(case, pick, by(_part(self.answer, pick)), by(_part(best[2], pick)))
+        got, right = (by(_part(each, pick))[case] for each in (self.answer, best[2]))
+        look = Look(pick, right, self._left(case, pick), unit=by is unit)
+        raise self._told(case, pick, got, right).showing(self.evidence(case, look))
 
     def expect_kept(self, *names: str, where: Array) -> None:
         """Raise Wrong unless what these parameters point to is as it was before the call."""
         for name in names:
             before, after = self.batch.args[name], self.answer.out[name]
-            for field in before.dtype.names or ():
-                changed = _differs(before[field], after[field]) & where
+            for part in before.dtype.names or ():
+                changed = _differs(before[part], after[part]) & where
                 if changed.any():
+                    self.testimony.note(f"{self.name} {name}.{part} kept", changed, changed)
                     case = self.simplest(changed)
-                    raise Wrong("failure.changed", call=self.call(case), what=f"{name}->{field}")
+                    look = self._kept(name, part, case)
+                    wrong = Wrong("failure.changed", call=self.call(case), what=f"{name}->{part}")
+                    raise wrong.showing(self.evidence(case, look))
+
+    def _note(
+        self,
+        picks: Sequence[str],
+        accepted: Answer,
+        where: Array | None,
+        by: Callable[[Array], Array],
+    ) -> None:
+        """Put down which parts are wrong."""
+        for pick in picks:
+            wrong = self._wrong(accepted, [pick], by)
+            if where is not None:
+                wrong &= where
+            name = f"{self.name} {pick}"
+            self.testimony.note(name, by(self.got(pick)), wrong, self.batch.tolerance)
 
     def complain(self, wrong: Array, key: str, **values: object) -> None:
         """Raise Wrong at the simplest of the cases marked, if any; the sentence takes `values`.
@@ -111,12 +141,18 @@ class Trial:
         """
         if not wrong.any():
             return
+        self.testimony.note(f"{self.name} {values.get('what', key)}", wrong, wrong)
         case = self.simplest(wrong)
         texts = {
             name: show.value(each[case]) if isinstance(each, np.ndarray) else each
             for name, each in values.items()
         }
-        raise Wrong(key, call=self.call(case), **texts)
+        looks: tuple[Look, ...] = ()
+        if isinstance(what := values.get("what", ""), str) and what:
+            right = values.get("expected")
+            right = right[case] if isinstance(right, np.ndarray) else right
+            looks = (Look(what.replace("->", "."), right),)
+        raise Wrong(key, call=self.call(case), **texts).showing(self.evidence(case, *looks))
 
     def _wrong(self, accepted: Answer, picks: Sequence[str], by: Callable[[Array], Array]) -> Array:
         wrong = np.zeros(self.batch.count, bool)
@@ -124,18 +160,34 @@ class Trial:
             wrong |= far(by(self.got(pick)), by(_part(accepted, pick)), self.batch.tolerance)
         return wrong
 
-    def _complain(self, case: int, pick: str, got: Array, expected: Array) -> None:
+    def _told(self, case: int, pick: str, got: Array, expected: Array) -> Wrong:
         name, _, field = pick.partition(".")
-        values = {"got": show.value(got[case]), "expected": show.value(expected[case])}
+        values = {"got": show.value(got), "expected": show.value(expected)}
         if name == "result":
-            raise Wrong("failure.result", call=self.call(case), **values)
+            return Wrong("failure.result", call=self.call(case), **values)
         what = f"{name}->{field}"
         key = "failure.output" if self._is_written(case, pick) else "failure.not_written"
-        raise Wrong(key, call=self.call(case), what=what, **values)
+        return Wrong(key, call=self.call(case), what=what, **values)
+
+    def _before(self, pick: str) -> Array:
+        return _part(Answer(None, self.batch.args), pick)
 
     def _is_written(self, case: int, pick: str) -> bool:
-        before = Answer(None, self.batch.args)
-        return bool(np.any(_part(before, pick)[case] != self.got(pick)[case]))
+        return bool(np.any(self._before(pick)[case] != self.got(pick)[case]))
+
+    def _kept(self, name: str, field: str, case: int) -> Look:
+        """Return a look at a part that should be as before the call; of a material, its first."""
+        pick = f"{name}.{field}"
+        if fields := self._before(pick).dtype.names:
+            parts = [f"{pick}.{each}" for each in fields]
+            pick = next((each for each in parts if self._is_written(case, each)), parts[0])
+        before = self._before(pick)[case]
+        return Look(pick, before, before if name in self.hidden else None)
+
+    def _left(self, case: int, pick: str) -> Array | None:
+        """Return what stood in an output before the call, when the call has left it there."""
+        is_left = pick.partition(".")[0] in self.hidden and not self._is_written(case, pick)
+        return self._before(pick)[case] if is_left else None
 
 
 def far(got: Array, expected: Array, tolerance: float) -> Array:
@@ -169,8 +221,8 @@ def _part(answer: Answer, pick: str) -> Array:
         assert answer.result is not None
         return answer.result
     part: Any = answer.out[name]
-    for field in fields:
-        part = part[field]
+    for inner in fields:
+        part = part[inner]
     return np.asarray(part)
 
 

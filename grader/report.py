@@ -6,13 +6,13 @@ import hashlib
 import json
 import os
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
 
 import grader
-from grader import diagnostics
+from grader import diagnostics, manifest
 from grader.diagnostics import Diagnostic
 from grader.records import (
     BuildResult,
@@ -26,10 +26,14 @@ from grader.records import (
 )
 from grader.texts import Texts
 
+Row = Mapping[str, Any]  # a part of results.json
+
 SCHEMA = 1
 MAX_LOG = 20_000  # characters of a compiler's output that are kept
 MAX_ERRORS = 20
 MAX_ERROR_LINES = 12  # source, caret, and a note or two
+EXCERPT_LINES = 5  # of the source, on either side of the line of a crash
+MAX_COLUMNS = 200  # of such a line
 
 
 def as_json(report: Report, texts: Texts) -> dict[str, Any]:
@@ -53,8 +57,18 @@ def as_json(report: Report, texts: Texts) -> dict[str, Any]:
         "unjudged_tps": list(report.unjudged),
         "tps": [_tp(tp, counted) for tp in sorted({each.tp for each in counted})],
         "exercises": [_exercise(each) for each in report.exercises],
-        "checks": [_check(each) for each in report.checks],
+        "checks": [_check(each, report.submission.files) for each in _in_order(report.checks)],
+        # Since the last full run: what history.py knows.
+        "changes": [],
+        "same_files_as": "",
+        "history": [],
     }
+
+
+def _in_order(checks: Sequence[CheckResult]) -> list[CheckResult]:
+    """Return the checks in the manifest's order: of an exercise, the pictures come last."""
+    order = {name: number for number, name in enumerate(manifest.load().checks())}
+    return sorted(checks, key=lambda each: order[each.id])
 
 
 def _moment(seconds: float) -> str:
@@ -142,6 +156,19 @@ def write_bytes(path: Path, content: bytes) -> None:
     Path(part).replace(path)
 
 
+def _excerpt(location: str, files: Mapping[str, bytes]) -> dict[str, Any]:
+    """Return the student's lines around a "file:line"; no lines when that is not one of theirs."""
+    name, _, number = location.rpartition(":")
+    line = int(number) if number.isdecimal() else 0
+    text = files.get(name, b"").decode(errors="replace")
+    lines = [each.rstrip("\r") for each in text.split("\n")]
+    if not 0 < line <= len(lines):
+        return {"line": 0, "first": 0, "lines": []}
+    first = max(line - EXCERPT_LINES, 1)
+    kept = lines[first - 1 : line + EXCERPT_LINES]
+    return {"line": line, "first": first, "lines": [each[:MAX_COLUMNS] for each in kept]}
+
+
 def _score(name: str, exercises: list[ExerciseResult]) -> dict[str, float]:
     return {
         name: sum(each.points for each in exercises) / 100,
@@ -179,7 +206,7 @@ def write_images(folder: Path, checks: Sequence[CheckResult]) -> None:
             write_bytes(folder / image_name(result, role), content)
 
 
-def _check(result: CheckResult) -> dict[str, Any]:
+def _check(result: CheckResult, files: Mapping[str, bytes]) -> dict[str, Any]:
     return {
         "id": result.id,
         "exercise": result.exercise,
@@ -193,6 +220,7 @@ def _check(result: CheckResult) -> dict[str, Any]:
         "hint": result.hint,
         "note": result.note,
         "location": result.location,
+        "excerpt": _excerpt(result.location, files),
         "output": result.output,
         "mistakes": list(result.mistakes),
         "reproducer": result.reproducer,

@@ -13,7 +13,7 @@ import numpy as np
 from grader.expected import Batch
 
 # The fields of an object that its type uses; the union holds nothing else.
-_OBJECTS = {
+OBJECTS = {
     1: ("SPHERE", ("center", "radius")),
     2: ("PLANE", ("normal", "dist")),
     3: ("CYLINDER", ("base", "axis", "length", "radius")),
@@ -108,7 +108,7 @@ def _numbers(item: Any) -> Any:
     if not names:
         return np.asarray(item, np.float64)
     if "mat" in names and "type" in names:
-        names = _OBJECTS[int(item["type"])][1]
+        names = OBJECTS[int(item["type"])][1]
     return np.concatenate([np.ravel(_numbers(item[name])) for name in names])
 
 
@@ -116,7 +116,7 @@ def _fields(item: Any, names: Iterable[str], material: Sequence[str]) -> list[st
     names = tuple(names)
     shown: list[str] = []
     if "mat" in names and "type" in names:
-        word, names = _OBJECTS[int(item["type"])]
+        word, names = OBJECTS[int(item["type"])]
         shown = [word]
     if "shininess" in names:
         names = tuple(material)

@@ -7,6 +7,7 @@ for what was tried.
 
 from __future__ import annotations
 
+import re
 import sys
 import textwrap
 from pathlib import Path
@@ -15,10 +16,14 @@ from typing import TextIO
 from rich.console import Console
 from rich.text import Text
 
+from grader.report import Row
 from grader.texts import Texts
-from grader.view import Row, View
+from grader.view import View
 
 MAX_WIDTH = 100  # of sentences: longer lines are hard to read
+# What stays on one line: French punctuation and the word before it, points, a command.
+_INSEPARABLE = re.compile(r" [:;?!»%]|« |\d / \d|make \w+ [A-Z]+=")
+_GLUE = "\u00a0"
 
 
 def show(content: Row, path: Path, texts: Texts, out: TextIO | None = None) -> None:
@@ -46,6 +51,8 @@ def _folded(line: str, width: int) -> list[str]:
     indent = line[: len(line) - len(line.lstrip())]
     if "|" in line[:12] or len(indent) > 2:  # a source line of the compiler's, or a table's
         return [line]
-    return textwrap.wrap(
-        line, min(width, MAX_WIDTH), subsequent_indent=indent, break_on_hyphens=False
+    whole = _INSEPARABLE.sub(lambda found: found[0].replace(" ", _GLUE), line)
+    folded = textwrap.wrap(
+        whole, min(width, MAX_WIDTH), subsequent_indent=indent, break_on_hyphens=False
     )
+    return [each.replace(_GLUE, " ") for each in folded]

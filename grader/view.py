@@ -2,24 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
-from datetime import datetime
 from pathlib import Path
-from typing import Any
 
 from grader import manifest
+from grader.report import Row
+from grader.summary import Line, Summary
 from grader.texts import Texts
-
-Row = Mapping[str, Any]
-Line = tuple[str, str]  # text, rich style
 
 MAX_ERRORS = 3  # of one file, shown whole
 MAX_WARNINGS = 5
 MAX_EXPLAINED = 8  # exercises
 MAX_PRINTED, MAX_PRINTED_WIDTH = 5, 100  # lines and columns of what a function printed
 BAR_CELLS, SHORT_BAR_CELLS = 10, 5
-_EPOCH = "1970-01-01T00:00:00+00:00"
+MAX_CUT = 8  # letters of a title, before the functions give way
 _STYLES = {
     "passed": "green",
     "failed": "yellow",
@@ -39,6 +36,11 @@ class View:
     texts: Texts
     width: int
 
+    @property
+    def summary(self) -> Summary:
+        """The sentences on the report as a whole."""
+        return Summary(self.content, self.texts)
+
     def lines(self) -> Iterator[Line]:
         """Yield the report from top to bottom."""
         content, say = self.content, self.texts.say
@@ -49,9 +51,11 @@ class View:
         yield from self._table()
         yield from self._details()
         yield "", ""
-        yield from self._unjudged()
-        yield from self._totals()
-        yield from self._next()
+        yield from self.summary.unjudged()
+        yield from self.summary.totals()
+        yield from self.summary.changes()
+        yield "", ""
+        yield from self.summary.next_step()
         yield say(f"isolation.{content['isolation']}"), "dim"
         yield say("report.saved", path=self.path), "dim"
 
@@ -60,27 +64,8 @@ class View:
         sources = self.content["submission"]["sources"]
         places = _padded([each["path"] for each in sources])
         for each, place in zip(sources, places, strict=True):
-            yield f"  {place}  {self._age(each)}", ""
-        times = {each["name"]: each["modified"] for each in sources}
-        for each in self.content["submission"]["nearby"]:
-            newer = _moment(each) > datetime.fromisoformat(times.get(each["name"], _EPOCH))
-            key = "report.newer_copy" if newer else "report.copy"
-            age = self._age(each)
-            yield self.texts.say(key, path=each["path"], age=age), "yellow" if newer else ""
-
-    def _age(self, source: Row) -> str:
-        """Return when a file was last written, counted from the grading."""
-        graded = datetime.fromisoformat(self.content["graded_at"])
-        seconds = int((graded - _moment(source)).total_seconds())
-        for key, unit, below in (
-            ("age.now", 1, 60),
-            ("age.minutes", 60, 3600),
-            ("age.hours", 3600, 2 * 86400),
-            ("age.days", 86400, 30 * 86400),
-        ):
-            if 0 <= seconds < below:
-                return self.texts.say(key, count=seconds // unit)
-        return self.texts.say("age.date", date=source["modified"][:10])
+            yield f"  {place}  {self.summary.age(each)}", ""
+        yield from self.summary.nearby()
 
     def _build(self) -> Iterator[Line]:
         build, say = self.content["build"], self.texts.say
@@ -114,7 +99,8 @@ class View:
         """Yield a line per exercise; TPs that are closed, or not begun yet, fold into one line."""
         opened = self.content["opened_tps"]
         tps = sorted({each["tp"] for each in self.content["exercises"]})
-        closed = [] if self.content["partial"] else [tp for tp in tps if tp not in opened]
+        known = manifest.load().tps
+        closed = [] if self.content["partial"] else [tp for tp in known if tp not in opened]
         tps = [tp for tp in tps if tp not in closed]
         current = next((tp for tp in tps if not self._is_done(tp)), None)
         folded = []
@@ -153,23 +139,32 @@ class View:
         columns = [[self.texts.say(f"outcome.{each['outcome']}") for each in rows]]
         columns += [[each[key] for each in rows] for key in ("id", "title", "function")]
         columns = [_padded(column) for column in columns]
-        taken = sum(len(column[0]) + 2 for column in columns) + 2
-        ends = [self._end(each, BAR_CELLS) for each in rows]
-        if self.width and taken + max(map(len, ends)) > self.width:
-            ends = [self._end(each, SHORT_BAR_CELLS) for each in rows]
-            room = self.width - taken - max(map(len, ends))
-            columns[2] = [_cut(title, len(title) + room) for title in columns[2]]
+        columns, ends = self._fitted(columns, rows)
         for each, end, *words in zip(rows, ends, *columns, strict=True):
             yield f"  {'  '.join(words)}  {end}", _STYLES.get(each["outcome"], "")
 
+    def _fitted(
+        self, columns: list[list[str]], rows: list[Row]
+    ) -> tuple[list[list[str]], list[str]]:
+        """Fit a table into the width: at the cost of its bars, then functions, then titles."""
+        outcomes, ids, titles, functions = columns
+        for cells in (BAR_CELLS, SHORT_BAR_CELLS, 0):
+            ends = [self._end(each, cells) for each in rows]
+            room = self.width - 2 - sum(len(each[0]) + 2 for each in columns) - max(map(len, ends))
+            if not self.width or room >= 0:
+                return columns, ends
+        kept = [functions]
+        if room < -MAX_CUT:
+            room += len(functions[0]) + 2
+            kept = []
+        return [outcomes, ids, [_cut(each, len(each) + room) for each in titles], *kept], ends
+
     def _end(self, exercise: Row, cells: int) -> str:
-        points = self._points(exercise["points"], exercise["max_points"])
+        points = self.summary.points(exercise["points"], exercise["max_points"])
         bonus = f" {self.texts.say('report.bonus')}" if exercise["bonus"] else ""
         # A screen reader would spell the bar out.
-        return f"{_bar(exercise, cells)}  {points}{bonus}" if self.width else f"{points}{bonus}"
-
-    def _points(self, points: float, maximum: float) -> str:
-        return f"{self.texts.number(points)} / {self.texts.number(maximum)}"
+        bar = f"{_bar(exercise, cells)}  " if self.width and cells else ""
+        return f"{bar}{points}{bonus}"
 
     def _details(self) -> Iterator[Line]:
         """Tell what is wrong, with a question, of what was tried; then the notes.
@@ -217,63 +212,10 @@ class View:
 
     def _notes(self) -> Iterator[Line]:
         """Yield what there is to know besides, the same words once for all their exercises."""
-        notes: dict[str, dict[str, None]] = {}
-        for each in self.content["checks"]:
-            if each["note"]:
-                notes.setdefault(each["note"], {})[each["exercise"]] = None
+        notes = list(self.summary.notes())
         if notes:
             yield "", ""
-        yield from ((f"{', '.join(ids)} - {note}", "") for note, ids in notes.items())
-
-    def _unjudged(self) -> Iterator[Line]:
-        tps = self.content["unjudged_tps"]
-        if tps:
-            key = "report.unjudged" if len(tps) > 1 else "report.unjudged_one"
-            yield self.texts.say(key, tps=_names(tps)), ""
-
-    def _totals(self) -> Iterator[Line]:
-        content, say = self.content, self.texts.say
-        if content["partial"]:
-            yield say("report.partial"), ""
-        if content["incomplete"]:
-            yield say("report.incomplete"), "magenta"
-        if not content["checks"]:
-            return
-        waiting = any(each["outcome"] == "blocked" for each in content["checks"])
-        key = "report.total_at_least" if waiting else "report.total"
-        yield say(key, points=self._points(content["score"], content["max_score"])), "bold"
-        if content["bonus"]:
-            points = self._points(content["bonus"], content["max_bonus"])
-            yield say("report.bonus_total", points=points), ""
-
-    def _next(self) -> Iterator[Line]:
-        content, say = self.content, self.texts.say
-        if not content["checks"]:
-            return
-        if content["build"]["rejected"]:
-            names = ", ".join(content["build"]["rejected"])
-            yield say("report.compile_first", names=names), ""
-            return
-        exercises = content["exercises"]
-        outcomes = {each["outcome"] for each in exercises}
-        if outcomes == {"passed"}:
-            yield say("report.done"), "green"
-            return
-        if outcomes == {"todo"}:
-            yield say("report.all_todo"), ""
-        if "todo" in outcomes:
-            yield say("report.todo_legend"), ""
-        ready = [each for each in exercises if each["outcome"] not in ("passed", "blocked")]
-        ready.sort(key=lambda each: each["bonus"])
-        for exercise in ready[:1]:
-            checks = [each for each in content["checks"] if each["exercise"] == exercise["id"]]
-            values = {key: exercise[key] for key in ("id", "function", "file")}
-            # The middle of a check's id is what K= takes.
-            yield say("report.next", keyword=checks[0]["id"].split(".")[1], **values), ""
-
-
-def _moment(source: Row) -> datetime:
-    return datetime.fromisoformat(source["modified"])
+        yield from ((note, "") for note in notes)
 
 
 def _names(tps: list[int]) -> str:

@@ -12,33 +12,21 @@ from xml.etree import ElementTree
 
 import pytest
 
-from grader import cli, course, junit, manifest, report, toolchain
+from grader import cli, course, junit, manifest, toolchain
 from grader.grading import conclude
 from grader.manifest import PACKAGE, ManifestError
 from grader.records import (
-    BuildResult,
-    BuildStatus,
     Finding,
     Outcome,
-    Refusal,
-    Report,
-    Source,
-    Submission,
     Target,
     Verdict,
 )
+from grader.tests.reports import HOSTILE, every_outcome
 from grader.texts import LANGUAGES, Texts
 from grader.toolchain import Compiler
 
 SCHEMA = json.loads((PACKAGE / "results.schema.json").read_text(encoding="utf-8"))
 RULES = manifest.load()
-LOG = """\
-In file included from main.c:1:
-main.c:7:3: error: expected ‘;’ before ‘}’ token
-    7 |   x
-      |    ^
-main.c:9:1: warning: unused variable ‘y’ [-Wunused-variable]
-"""
 TYPES: dict[str, tuple[type, ...]] = {
     "object": (dict,),
     "array": (list,),
@@ -98,37 +86,6 @@ def _faults_of_object(value: dict[str, Any], schema: dict[str, Any], place: str)
             yield from faults(each, other, f"{place}.{name}")
 
 
-def every_outcome(language: str = "fr") -> dict[str, Any]:
-    """Return the content of results.json for a run in which everything happens."""
-    texts = Texts(language)
-    names = [check.id for exercise in RULES.exercises for check in exercise.checks]
-    findings = [
-        Finding(name, "title", outcome, Verdict("death.SIGSEGV", {"call": "f(\x1b)"}), "main.c:3")
-        for name, outcome in zip(names, Outcome, strict=False)
-    ]
-    checks, exercises = conclude(findings, RULES, texts)
-    made = Report(
-        submission=Submission(
-            name="rendu",
-            files={"main.c": b"int x;"},
-            missing=("octree.c",),
-            refused=(Refusal("@x.c", "name"),),
-            sources=(Source("main.c", "rendu/\udcff/main.c", 1e9),),
-            nearby=(Source("main.c", "main.c", 0.0),),
-        ),
-        language=language,
-        builds=(BuildResult(BuildStatus.BUILT, Target(96, 64), log=LOG, warnings=(LOG,)),),
-        checks=tuple(checks),
-        exercises=tuple(exercises),
-        graded_at=1.5e9,
-        notes=("note",),
-        rejected={"main.c": "main.c ne compile pas"},
-        opened=(1, 2),
-        isolation="strong",
-    )
-    return report.as_json(made, texts)
-
-
 def test_the_schema_describes_a_whole_report() -> None:
     """Every field is described, and nothing else is there; it goes through JSON unchanged."""
     content = every_outcome()
@@ -172,10 +129,9 @@ def test_junit_has_a_case_per_check() -> None:
     assert [suite.get(key) for key in ("failures", "errors", "skipped")] == ["3", "1", "2"]
     failure = suite.find("testcase/failure")
     assert failure is not None
-    assert (
-        failure.get("message")
-        == "f(\ufffd) lit ou écrit hors de la mémoire permise, dans main.c:3."
-    )
+    call = HOSTILE.replace("\x1b", "\ufffd")
+    said = f"{call} lit ou écrit hors de la mémoire permise, dans main.c:3."
+    assert failure.get("message") == said
 
 
 def test_hints_come_by_their_level() -> None:
@@ -286,7 +242,7 @@ def test_the_course_can_be_set_up(tmp_path: Path) -> None:
     """Language, dialect, opened TPs; anything else is told by its name."""
     path = tmp_path / "course.toml"
     path.write_text('language = "en"\ndialect = "c++"\nopened = [2, 1]\n', encoding="utf-8")
-    assert course.load(path) == course.Course("en", "c++", (1, 2))
+    assert course.load(path) == course.Course("en", "c++", (1, 2), count_closed=False)
     assert course.load().opened == tuple(RULES.tps)
 
 

@@ -12,7 +12,7 @@ import pytest
 from grader import terminal
 from grader.texts import Texts
 
-PATH = Path("build/grade/results.json")
+PATH = Path("build/grade/report.html")
 
 
 def exercise(number: int, outcome: str, points: float, **other: Any) -> dict[str, Any]:
@@ -47,6 +47,8 @@ def content(*rows: tuple[dict[str, Any], list[dict[str, Any]]], **other: Any) ->
         "partial": False,
         "opened_tps": [1, 2, 3],
         "unjudged_tps": [5],
+        "changes": [],
+        "same_files_as": "",
         "exercises": exercises,
         "checks": [each for _, checks in rows for each in checks],
         **other,
@@ -138,6 +140,48 @@ def test_a_narrow_terminal_cuts_titles_and_folds_sentences(
     assert lines[3].endswith("  2 / 4")
     folded = [line for line in lines if line.startswith("  mot mot")]
     assert len(folded) == 3
+
+
+def test_what_gives_way_in_a_narrow_table(monkeypatch: pytest.MonkeyPatch) -> None:
+    """First the bars, then some letters of the titles, then the functions; never the points."""
+    row = exercise(1, "failed", 2, title="Un titre de vingt-six l.", function="horizontal_gradient")
+    report = content((row, [check(1, "failed")]))
+    start = "  à revoir  TP1.1  Un titre de vingt"
+    for columns, wanted in (
+        (90, f"{start}-six l.  horizontal_gradient  █████·····  2 / 4"),
+        (80, f"{start}-six l.  horizontal_gradient  ██···  2 / 4"),
+        (75, f"{start}-six l.  horizontal_gradient  2 / 4"),
+        (66, f"{start}-…  horizontal_gradient  2 / 4"),
+        (60, f"{start}-six l.  2 / 4"),
+    ):
+        lines = plain(on_screen(report, monkeypatch, columns))
+        assert lines[3] == wanted
+
+
+def test_commands_and_points_are_not_torn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """At any width, what one copies stands on one line, and no line begins with a colon."""
+    report = content((exercise(1, "failed", 2), [check(1, "failed")]))
+    for columns in range(40, 90):
+        lines = [line.strip() for line in plain(on_screen(report, monkeypatch, columns))]
+        assert any("make grade K=f1" in line for line in lines)
+        assert any("2 / 4" in line for line in lines)
+        assert not any(line.startswith((":", ";", "!", "?", "»")) for line in lines)
+
+
+def test_what_changed_stands_between_the_total_and_the_next_step() -> None:
+    """Since the last full run, and whether the files are the same as then."""
+    change = {"exercise": "TP1.1", "kind": "fixed", "points": 4, "was": 0}
+    lines = shown(
+        content(*THREE, changes=[change], same_files_as="2026-03-02T07:30:00+01:00"), "en"
+    )
+    at = lines.index("Provisional total: 6.5 / 8")
+    assert lines[at + 1 : at + 4] == [
+        "TP1.1 is right now.",
+        "Your files are exactly those of the last time (07:30). Have you saved them?",
+        "",
+    ]
+    assert lines[-3].startswith("Next step: TP1.2")
+    assert lines[-1] == "Report: build/grade/report.html"
 
 
 def test_each_file_comes_with_its_age() -> None:
@@ -232,7 +276,7 @@ def test_a_file_that_does_not_compile_shows_its_first_errors() -> None:
         "    0 | x",
         "  Un point-virgule ?",
     ]
-    assert "  ... et 2 de plus dans build/grade/results.json" in lines
+    assert "  ... et 2 de plus dans build/grade/report.html" in lines
     assert "  message a" not in lines
     assert "Prochaine étape : faire compiler main.c. Puis : make grade" in lines
 
@@ -243,7 +287,7 @@ def test_warnings_are_listed_by_their_first_line() -> None:
     build = {"ok": True, "errors": [], "rejected": {}, "log": "", "warnings": warnings}
     lines = shown(content((exercise(1, "passed", 4), [check(1, "passed")]), build=build))
     assert "  main.c:4: warning: w" in lines
-    assert "  ... et 2 de plus dans build/grade/results.json" in lines
+    assert "  ... et 2 de plus dans build/grade/report.html" in lines
     assert not any("| x" in line for line in lines)
 
 
