@@ -1,0 +1,146 @@
+"""`make lab`: JupyterLab on a notebook, with the C file that it speaks of beside it.
+
+Everything that JupyterLab keeps lies in build/lab/: the person's own settings are neither read nor
+changed. Nothing is fetched from the network.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from grader import manifest
+from grader.lab import store
+from grader.lab.place import graded, outputs
+from grader.lab.words import say
+from grader.manifest import CORE, ROOT
+from grader.texts import preferred
+
+FIRST = "00"
+SETTINGS: dict[str, dict[str, Any]] = {
+    # No news and no update checks: a room may have no network.
+    "@jupyterlab/apputils-extension/notification": {"checkForUpdates": False, "fetchNews": "false"},
+    # A C file that was not saved is not the one that is built.
+    "@jupyterlab/docmanager-extension/plugin": {"autosaveInterval": 10},
+}
+SIZES = [0.58, 0.42]  # of the window: notebook, C file
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Become JupyterLab on the notebook of a TP, or on the next one.
+
+    Raises SystemExit with a sentence when it cannot be.
+    """
+    parser = argparse.ArgumentParser(prog="python -m grader.lab")
+    parser.add_argument("--tp", type=int, choices=sorted(manifest.load().tps))
+    parser.add_argument("--no-browser", action="store_true")
+    asked = parser.parse_args(arguments)
+    tp = asked.tp or _next_tp()
+    notebook = f"notebooks/{preferred()}/{f'TP{tp}' if tp else FIRST}.ipynb"
+    if not (ROOT / notebook).is_file():
+        sys.exit(say("no_notebook", path=notebook))
+    home = outputs() / "lab" / "jupyter"
+    try:
+        name = write_workspace(home, notebook, _source(tp))
+        write_settings(home)
+    except OSError as error:
+        sys.exit(say("cannot_open", path=error.filename, error=error.strerror))
+    line = command(ROOT, name, asked.no_browser or not _has_display())
+    os.chdir(ROOT)
+    os.execve(line[0], line, environment(home))  # Ctrl+C goes to JupyterLab itself
+
+
+def environment(home: Path) -> dict[str, str]:
+    """Return the environment of JupyterLab and of its kernels."""
+    folders = {
+        "JUPYTER_CONFIG_DIR": home / "config",
+        "JUPYTER_DATA_DIR": home / "data",
+        "JUPYTER_RUNTIME_DIR": home / "runtime",
+        "JUPYTERLAB_SETTINGS_DIR": home / "settings",
+        "JUPYTERLAB_WORKSPACES_DIR": home / "workspaces",
+        "IPYTHONDIR": home / "ipython",
+        "BUILD": outputs(),
+        "PYTHONPATH": ROOT,
+    }
+    return {**os.environ, **{key: str(path) for key, path in folders.items()}}
+
+
+def write_settings(home: Path) -> None:
+    """Write the settings that are not JupyterLab's own, unless the person has changed them."""
+    for name, content in SETTINGS.items():
+        path = home / "settings" / f"{name}.jupyterlab-settings"
+        if not path.exists():
+            store.write_json(path, content)
+
+
+def write_workspace(home: Path, notebook: str, source: str) -> str:
+    """Write the layout, notebook and C file side by side, unless it is there; return its name.
+
+    Both are paths in the folder that JupyterLab opens.
+    """
+    from jupyterlab_server.workspaces_handler import slugify
+
+    name = notebook.removesuffix(".ipynb").replace("/", "-").lower()
+    path = home / "workspaces" / f"{slugify(name)}.jupyterlab-workspace"
+    if not path.exists():
+        store.write_json(path, _layout(name, notebook, source))
+    return name
+
+
+def _layout(name: str, notebook: str, source: str) -> dict[str, Any]:
+    widgets = {
+        f"notebook:{notebook}": {"path": notebook, "factory": "Notebook"},
+        f"editor:{source}": {"path": source, "factory": "Editor"},
+    }
+    areas = [{"type": "tab-area", "currentIndex": 0, "widgets": [each]} for each in widgets]
+    dock = {"type": "split-area", "orientation": "horizontal", "sizes": SIZES, "children": areas}
+    closed = {"collapsed": True, "visible": True, "widgets": []}
+    layout = {
+        "main": {"dock": dock, "current": f"notebook:{notebook}"},
+        "left": closed,
+        "right": closed,
+        "relativeSizes": [0, 1, 0],
+    }
+    data: dict[str, Any] = {key: {"data": value} for key, value in widgets.items()}
+    return {"data": {"layout-restorer:data": layout, **data}, "metadata": {"id": name}}
+
+
+def command(root: Path, workspace: str, quiet: bool) -> list[str]:
+    """Return the command of JupyterLab on a folder; `quiet`: it opens no browser."""
+    options = [
+        f"--ServerApp.root_dir={root}",
+        f"--LabApp.default_url=/lab/workspaces/{workspace}",
+        "--LabApp.extension_manager=readonly",
+    ]
+    if quiet:
+        options.append("--no-browser")
+    if os.geteuid() == 0:
+        options.append("--allow-root")
+    return [sys.executable, "-m", "jupyterlab", *options]
+
+
+def _has_display() -> bool:
+    return sys.platform != "linux" or any(
+        os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY", "WSL_DISTRO_NAME")
+    )
+
+
+def _next_tp() -> int:
+    """Return the first TP that the last grade does not show as done; 0 before any grade."""
+    exercises = graded().get("exercises", [])
+    left = [each["tp"] for each in exercises if each["outcome"] != "passed" and not each["bonus"]]
+    return min(left, default=0)
+
+
+def _source(tp: int) -> str:
+    """Return the C file that a TP is about."""
+    files = [each.file for each in manifest.load().exercises if each.tp == tp]
+    return f"{CORE.name}/{(files or manifest.load().student)[0]}"
+
+
+if __name__ == "__main__":
+    main()

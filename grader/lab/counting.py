@@ -1,0 +1,77 @@
+"""How many intersection tests the student's code makes, by a build that counts them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from grader.bind import BindError
+from grader.build import build
+from grader.intake import read_submission
+from grader.lab import complaints
+from grader.lab.core import Core
+from grader.lab.place import outputs
+from grader.lab.stopped import Stopped
+from grader.process import Died, Limits, MachineError, Missing, start_worker
+from grader.records import BuildStatus, Target, Told
+from grader.runner import Core as Library
+from grader.runner import Session
+
+Array = npt.NDArray[Any]
+
+SEARCH, COUNT = "nearest_hit", "mrt_object_tests"
+
+
+class Counter:
+    """A session that counts how often a function that intersects an object is entered."""
+
+    def __init__(self, library: Library, session: Session) -> None:
+        self._library, self._session = library, session
+
+    def place(self, objects: Array, octree: bool) -> None:
+        """Make a scene of objects (an array of C's `object`), with the octree or without."""
+        chosen = np.array(self._session.get("options"))
+        chosen["octree"] = octree
+        self._session.set("options", chosen)
+        self._session.set("scene", objects)
+        self._session.set("object_count", len(objects))
+        self._session.call("scene_changed")
+
+    def total(self, rays: Array) -> int:
+        """Return how many tests nearest_hit makes for an array of rays, shape (n,)."""
+        self._session.call(COUNT)  # forgets what came before
+        hits = self._library.zeros("intersection", len(rays))
+        self._session.call_many(SEARCH, len(rays), rays, hits)
+        return int(self._session.call(COUNT).result)
+
+    def each(self, rays: Array) -> Array:
+        """Return the tests of each ray, in the shape of the array of rays."""
+        counts = [self.total(ray[None]) for ray in rays.reshape(-1)]
+        return np.array(counts).reshape(rays.shape)
+
+
+@contextmanager
+def counter(core: Core) -> Iterator[Counter]:
+    """Build the code of `core` so that it counts, and start it. Raises Stopped."""
+    folder, limit = core.engine.folder, core.engine.limit
+    try:
+        target = Target(*core.size, counted=True)
+        (result,) = build(read_submission(folder), [target], outputs() / "cache")
+        if result.status is not BuildStatus.BUILT or result.rejected:
+            raise Stopped(complaints.not_built(folder, result))
+        with start_worker() as worker:
+            library = Library(worker, result)
+            with library.session(Limits(cpu=limit, each_call=True)) as session:
+                yield Counter(library, session)
+    except Died as error:
+        raise Stopped(complaints.died(folder, SEARCH, error.death, limit)) from None
+    except Missing as error:
+        raise Stopped(complaints.sentence("failure.missing", name=error.name)) from None
+    except Told as error:
+        raise Stopped(complaints.sentence(error.key, **error.values)) from None
+    except (BindError, MachineError) as error:
+        raise Stopped(complaints.sentence("machine.failed", detail=error)) from None

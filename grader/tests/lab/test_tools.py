@@ -1,0 +1,233 @@
+"""check, predict, source, progress, help_card, show, compare: what a cell shows."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from grader.lab import (
+    Core,
+    Stopped,
+    check,
+    compare,
+    help_card,
+    predict,
+    predicted,
+    progress,
+    show,
+    slider,
+    source,
+    store,
+)
+from grader.lab.picture import black, levels, png
+from grader.lab.sources import find
+from grader.manifest import CORE
+from grader.tests.lab.conftest import Edit
+
+DOT = "float n_l = vector_dot(n, l);"
+
+
+@pytest.fixture
+def outputs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Return a folder of outputs of its own."""
+    monkeypatch.setenv("BUILD", str(tmp_path / "sorties"))
+    monkeypatch.setenv("MRT_LANG", "en")
+    return tmp_path / "sorties" / "lab"
+
+
+# ---- check, progress, help_card ------------------------------------------------------------------
+
+
+def test_a_right_exercise_is_said_to_be_right(folder: Path) -> None:
+    """All its points, every check named; progress knows it afterwards."""
+    text = check("tp1.1", "TP1.2").text
+    assert "TP1.1 fill_red: right, 2 / 2" in text
+    assert "TP1.2 fill: right, 2 / 2" in text
+    row = next(line for line in progress().text.splitlines() if line.startswith("TP1.1"))
+    assert "right" in row
+    assert "this session" in row
+
+
+def test_a_wrong_exercise_has_a_question_and_hints_to_unfold(
+    core: Core, folder: Path, edit: Edit
+) -> None:
+    """The first failing check in full; help_card has it with the function and the last change."""
+    core.vector_norm((0, 0, 0))
+    edit("main.c", "void fill_red(color *img) {", "void fill_red(color *img) { return;")
+    shown = check("TP1.1")
+    assert "TP1.1 fill_red: to review, 0 / 2" in shown.text
+    assert "pixel (0, 0)" in shown.text
+    assert shown.html.count("<details>") >= 2
+    assert "Hint 2" in shown.html
+    core.vector_norm((0, 0, 0))
+    card = help_card().text
+    assert "void fill_red(color *img) { return;" in card
+    assert "+void fill_red(color *img) { return;" in card
+    assert "pixel (0, 0)" in card
+
+
+def test_the_skeleton_is_calm(folder: Path) -> None:
+    """Nothing is wrong with what is not written yet."""
+    (folder / "main.c").write_bytes((CORE / "main.c").read_bytes())
+    text = check("TP1.1").text
+    assert "to do" in text
+    assert "main.c" in text
+    assert "✗" not in text
+
+
+@pytest.mark.parametrize("name", ["TP9.9", "TP1.6"])
+def test_exercises_without_checks(folder: Path, name: str) -> None:
+    """An unknown exercise, or a free one, is told in a sentence."""
+    with pytest.raises(Stopped, match=name):
+        check(name)
+
+
+# ---- predict -------------------------------------------------------------------------------------
+
+
+def test_a_prediction_is_kept(outputs: Path) -> None:
+    """It outlives the kernel, and stands beside the result."""
+    assert "answer" in repr(predict("tp1.first_pixel", "ABC"))
+    assert "not chosen" in predicted("tp1.first_pixel").text
+    predict("tp1.first_pixel", "ABC", answer="B")
+    predict("tp1.other", "AB", answer="A")
+    assert predicted("tp1.first_pixel").text == "You had chosen B."
+    assert store.read("predictions.json") == {"tp1.first_pixel": "B", "tp1.other": "A"}
+    with pytest.raises(Stopped, match="A, B, C"):
+        predict("tp1.first_pixel", "ABC", answer="AB")
+
+
+@pytest.mark.parametrize("content", ["{", "[1]", "\xff"])
+def test_damaged_predictions_are_set_aside(outputs: Path, content: str) -> None:
+    """The notebook goes on; the damaged file is kept under another name."""
+    outputs.mkdir(parents=True)
+    (outputs / "predictions.json").write_text(content, encoding="latin-1")
+    assert "not chosen" in predicted("tp1.x").text
+    assert (outputs / "predictions.damaged").is_file()
+    predict("tp1.x", "AB", answer="B")
+    assert predicted("tp1.x").text == "You had chosen B."
+
+
+def test_buttons_keep_the_choice(outputs: Path) -> None:
+    """Clicking a button is answering; the next display shows it chosen."""
+    from grader.lab.predictions import _buttons
+
+    buttons = _buttons("tp2.y", "ABC")
+    assert buttons.value is None
+    buttons.value = "C"
+    assert predicted("tp2.y").text == "You had chosen C."
+    assert _buttons("tp2.y", "ABC").value == "C"
+    bundle = predict("tp2.y", "ABC")._repr_mimebundle_()
+    assert {"text/html", "text/plain", "application/vnd.jupyter.widget-view+json"} <= set(bundle)
+
+
+# ---- source --------------------------------------------------------------------------------------
+
+
+def test_a_function_is_found_among_traps(tmp_path: Path) -> None:
+    """Prototypes, calls, comments, strings and braces in them are not its definition."""
+    body = """color
+shade(vec3 n,
+      vec3 v) {
+    char brace = '}'; /* } */ // }
+    const char *text = "\\"} shade(x) {";
+    if (n.x) { return v; }
+    return n;
+}"""
+    text = f"color shade(vec3 n, vec3 v);\n/* shade(a) {{ */\nint k = 0;\n{body}\nint shade_two;\n"
+    (tmp_path / "raytracer.c").write_text(text, encoding="utf-8")
+    found = find("shade", tmp_path)
+    assert found is not None
+    assert body.endswith(found.text)
+    assert found.text.startswith("shade(vec3 n,")
+    assert text.splitlines()[found.line - 1].startswith("shade(")
+    assert find("shad", tmp_path) is None
+
+
+def test_source_shows_the_function_and_opens_its_file(folder: Path) -> None:
+    """Coloured, escaped, with a relative link to its line."""
+    shown = source("intersect_sphere")
+    assert shown.text.splitlines()[1].startswith("bool intersect_sphere(")
+    assert "raytracer.c#line=" in shown.html
+    with pytest.raises(Stopped, match="nowhere"):
+        source("nowhere")
+
+
+# ---- pictures ------------------------------------------------------------------------------------
+
+
+def test_row_0_is_at_the_bottom_of_what_is_shown(outputs: Path) -> None:
+    """The file's first row is the top; colours are cut off, NaN is magenta."""
+    img = black((4, 3))
+    img[0, 0] = (2, -1, 0.5)
+    img[2, 3] = np.nan
+    with Image.open(io.BytesIO(png(img))) as file:
+        assert file.size == (4, 3)
+        assert file.getpixel((0, 2)) == (255, 0, 127)
+        assert file.getpixel((3, 0)) == (255, 0, 255)
+    assert repr(img).endswith("(NaN), in magenta: 1.")
+    assert levels(img).flags.c_contiguous
+
+
+def test_pictures_have_a_text_for_who_cannot_see_them(core: Core) -> None:
+    """Every image carries an alt, escaped."""
+    img = core.image()
+    for shown in (
+        img._repr_mimebundle_()["text/html"],
+        show(img, 'a "title"').html,
+        show(img[:, :, 0], label="t", zoom=(0, 0, 5, 5)).html,
+        compare(img, img).html,
+    ):
+        assert shown.startswith("<img ")
+        assert 'alt="' in shown
+        assert 'alt=""' not in shown
+    assert "a &quot;title&quot;" in show(img, 'a "title"').html
+    assert repr(img[0, 0]) == "(0, 0, 0)"
+
+
+def test_the_reference_is_as_expected(core: Core) -> None:
+    """The figures of the reference show no difference; another picture does, and a size is told."""
+    flat = core.figure("figure_4")
+    assert "no difference" in compare(flat, "figure_4").text
+    assert "% of the pixels differ" in compare(core.figure("figure_5"), "figure_4").text
+    with pytest.raises(Stopped, match="320 x 180"):
+        compare(core.image(), "figure_4")
+    with pytest.raises(Stopped, match="figure_99"):
+        compare(flat, "figure_99")
+
+
+# ---- slider --------------------------------------------------------------------------------------
+
+
+def test_a_slider_has_a_picture_without_a_front_end(core: Core) -> None:
+    """What the function gives at the start is there as HTML; moving it changes the picture."""
+    moved = slider(
+        lambda epsilon, deep: core.render(scene=0, epsilon=epsilon, max_depth=int(deep)),
+        epsilon=(0.0, 0.1, 1e-4),
+        deep=[1, 5],
+    )
+    bundle = moved._repr_mimebundle_()
+    assert 'alt="' in bundle["text/html"]
+    assert "epsilon = 0.0001, deep = 1" in bundle["text/plain"]
+    box, shown = moved._box()
+    slide, _, area = box.children
+    assert area.value == shown.html
+    slide.value = 0.1
+    assert area.value != shown.html
+    assert "epsilon = 0.1" in area.value
+
+
+def test_a_slider_survives_a_crash(core: Core, edit: Edit) -> None:
+    """The card takes the picture's place, and the picture comes back."""
+    box, shown = slider(lambda k: core.render(scene=k), k=(0, 4))._box()
+    slide, area = box.children
+    edit("raytracer.c", DOT, f"{DOT} volatile int *p = 0; *p = 1;")
+    slide.value = 1
+    assert "in shade (raytracer.c:" in area.value
+    edit("raytracer.c", "volatile int *p = 0; *p = 1;", "")
+    slide.value = 0
+    assert area.value == shown.html
