@@ -77,15 +77,21 @@ class Batch:
 
 def prepare(session: Session, core: Core, batch: Batch) -> None:
     """Set the globals of a batch; the tree of scene_changed is not built."""
-    image = core.zeros("texture")
+    lend_texture(session, core, batch.globals.get("texels"))
     for name, value in batch.globals.items():
         if name == "texels":
-            image["height"], image["width"] = value.shape[:2]
-            image["texels"] = session.buffer(value)
             continue
         session.set(name, value)
         if name in COUNTS:
             session.set(COUNTS[name], len(value))
+
+
+def lend_texture(session: Session, core: Core, texels: Array | None) -> None:
+    """Set scene_texture: an image of shape (height, width, 3), row 0 at the top, or none."""
+    image = core.zeros("texture")
+    if texels is not None:
+        image["height"], image["width"] = texels.shape[:2]
+        image["texels"] = session.buffer(texels)
     session.set("scene_texture", image)
 
 
@@ -121,6 +127,11 @@ def encode(batches: Sequence[Batch]) -> bytes:
                 arrays[f"{b}.answers.{a}.result"] = answer.result
         for group, table in tables.items():
             arrays |= {f"{b}.{group}.{name}": _plain(value) for name, value in table.items()}
+    return archived(arrays)
+
+
+def archived(arrays: Mapping[str, Array]) -> bytes:
+    """Return the content of a file of arrays: the same bytes for the same arrays."""
     memory = io.BytesIO()
     with zipfile.ZipFile(memory, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, value in arrays.items():
@@ -139,7 +150,7 @@ def read_manifest(folder: Path) -> dict[str, Any]:
         if not isinstance(content["files"], dict):
             raise TypeError("files")
     except (OSError, ValueError, KeyError, TypeError) as error:
-        raise ExpectedError(f"{path}: {error}; {_CURE}") from error
+        raise ExpectedError(f"{path}: {error}; {CURE}") from error
     return dict(content)
 
 
@@ -155,10 +166,10 @@ def read(folder: Path, suite: str, core: Core) -> list[Batch]:
             loaded = {name: arrays[name] for name in arrays.files}
         return _batches(loaded, core, float(rules["tolerance"]))
     except (OSError, ValueError, KeyError, zipfile.BadZipFile) as error:
-        raise ExpectedError(f"{path}: {error}; {_CURE}") from error
+        raise ExpectedError(f"{path}: {error}; {CURE}") from error
 
 
-_CURE = "put the original folder back, or make it again: make expected"
+CURE = "put the original folder back, or make it again: make expected"
 
 
 def _plain(value: Array) -> Array:

@@ -6,8 +6,17 @@ of its suites and looks at one side of the answers.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import numpy as np
+
 from grader.compare import MATERIAL
-from grader.judge import Student
+from grader.expected import Batch
+from grader.judge import Bench, Fatal, Student, Wrong
+from grader.records import Verdict
+from grader.testimony import Testimony
+
+LATER = ("shading", "shadows", "reflections", "fresnel", "refraction")  # fields of `options`
 
 
 def check_answers(student: Student, suite: str, *picks: str) -> None:
@@ -33,3 +42,46 @@ def check_results(student: Student, *suites: str) -> None:
     """Compare what the calls of suites return."""
     for suite in suites:
         check_answers(student, suite, "result")
+
+
+def check_stages(student: Student, suite: str, *, empty: bool = False) -> None:
+    """Compare what the calls of a suite return, at its stage; or else with all the features on.
+
+    Who does without the options, as the handout allows, gives the answers of the last stage always.
+    In an `empty` scene nothing that is called looks at them: there, an answer that changes with
+    Fresnel comes from code that does look, and it has to be right without.
+    """
+    try:
+        check_answers(student, suite, "result")
+    except Wrong as first:
+        noted, student.testimony = student.testimony, Testimony()
+        try:
+            with student.bench() as bench:
+                for batch in student.batches(suite):
+                    if empty and _looks_at_fresnel(bench, batch):
+                        raise first from None
+                    bench.trial(_last_stage(batch)).expect("result")
+        except (Wrong, Fatal):
+            raise first from None
+        finally:
+            student.testimony = noted
+        student.remarks.append(Verdict("note.all_features"))
+
+
+def _looks_at_fresnel(bench: Bench, batch: Batch) -> bool:
+    """Say whether the answers change with options.fresnel."""
+    results = [bench.trial(each).got("result") for each in (batch, _with(batch, "fresnel"))]
+    return not np.array_equal(*results)
+
+
+def _last_stage(batch: Batch) -> Batch:
+    """Return the calls with all the features on; their answers are the last that are stored."""
+    return replace(_with(batch, *LATER), answers=batch.answers[-1:])
+
+
+def _with(batch: Batch, *features: str) -> Batch:
+    """Return the calls with these features on."""
+    options = batch.globals["options"].copy()
+    for name in features:
+        options[name] = True
+    return replace(batch, globals={**batch.globals, "options": options})

@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 from grader import shapes
-from grader.judge import ONE_LEVEL, SIZES, Canvas, Student, Wrong, shown
+from grader.canvas import ONE_LEVEL, Canvas, shown
+from grader.judge import SIZES, Student, Wrong
 from grader.shapes import Image
 
 Point = tuple[float, float, float]
@@ -63,7 +64,8 @@ def test_horizontal_gradient_direction(student: Student) -> None:
             # Whatever the convention, an end is at most one row's step away from its colour.
             if not (np.abs(got - np.array(wanted)) <= 1 / height + ONE_LEVEL).all():
                 values = {"got": shown(got), "expected": shown(wanted)}
-                raise Wrong("failure.end", call=drawing.call, j=j, height=height, **values)
+                wrong = Wrong("failure.end", call=drawing.call, j=j, height=height, **values)
+                raise wrong.showing(drawing.evidence(0, j, wanted))
 
 
 @pytest.mark.check("tp1.horizontal_gradient.rows")
@@ -118,11 +120,11 @@ def test_fill_rect_clipped(student: Student) -> None:
     check_boxes(
         student,
         lambda w, h: [
-            (0, 0, w, h),
-            (-5, 10, 8, 20),
-            (w - 8, 10, w + 5, 20),
             (10, -5, 20, 8),
             (10, h - 8, 20, h + 5),
+            (-5, 10, 8, 20),
+            (w - 8, 10, w + 5, 20),
+            (0, 0, w, h),
             (-w, -h, 2 * w, 2 * h),
         ],
     )

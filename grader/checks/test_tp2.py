@@ -5,10 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from grader.checks.common import check_answers, check_material, check_refusals
+from grader.checks.common import (
+    check_answers,
+    check_material,
+    check_refusals,
+    check_stages,
+)
 from grader.compare import far, unit
 from grader.expected import SIZE, Array, Batch
 from grader.judge import Student, Wrong, without_answers
+from grader.records import Evidence
+from grader.reproducer import Look, of_command
 from grader.show import value
 
 # A ray of the camera sees at least that far, in whatever units of its direction.
@@ -95,17 +102,26 @@ def draw(student: Student) -> tuple[Batch, Array, dict[str, Array]]:
     return batch, picture, expected
 
 
-def check_colors(batch: Batch, picture: Array, expected: Array) -> None:
+def check_colors(student: Student, batch: Batch, picture: Array, expected: Array) -> None:
     """Compare a picture with what its pixels should be."""
     i, j = (np.floor(batch.args[name]).astype(int) for name in ("x", "y"))
     if np.ptp(expected, axis=0).max() < 1e-3:
         raise Wrong("failure.flat_picture")
     got = picture[j * SIZE[0] + i]
-    wrong = np.flatnonzero(far(got, expected, batch.tolerance))
+    differs = far(got, expected, batch.tolerance)
+    wrong = np.flatnonzero(differs)
     if len(wrong):
+        student.testimony.note("picture", got, differs, batch.tolerance)
         k = min(wrong, key=lambda each: (j[each], i[each]))
         values = {"got": value(got[k]), "expected": value(expected[k])}
-        raise Wrong("failure.picture", i=i[k], j=j[k], **values)
+        wrong_pixel = Wrong("failure.picture", i=i[k], j=j[k], **values)
+        raise wrong_pixel.showing(evidence(batch, i[k], j[k], expected[k]))
+
+
+def evidence(batch: Batch, i: int, j: int, expected: Array) -> Evidence:
+    """Return the C program that draws the picture and looks at a pixel."""
+    look = Look(f"output_image[{j} * WIDTH + {i}]", expected)
+    return Evidence(reproducer=of_command("raytrace", [], batch, look))
 
 
 @pytest.mark.check("tp2.raytrace.colors")
@@ -113,24 +129,26 @@ def test_raytrace_colors(student: Student) -> None:
     """Each pixel has the colour that trace_ray finds along its ray."""
     batch, picture, expected = draw(student)
     try:
-        check_colors(batch, picture, expected["corner"])
+        check_colors(student, batch, picture, expected["corner"])
     except Wrong:
-        check_colors(batch, picture, expected["centre"])
+        check_colors(student, batch, picture, expected["centre"])
 
 
 @pytest.mark.check("tp2.raytrace.centre")
 def test_raytrace_centre(student: Student) -> None:
     """The ray of a pixel goes through its centre."""
     batch, picture, expected = draw(student)
-    check_colors(batch, picture, expected["centre"])
+    check_colors(student, batch, picture, expected["centre"])
 
 
 @pytest.mark.check("tp2.raytrace.every_pixel")
 def test_raytrace_every_pixel(student: Student) -> None:
     """Every pixel of the picture is written."""
     _, picture, _ = draw(student)
-    left = np.flatnonzero((picture == -1).all(axis=1))
+    unwritten = (picture == -1).all(axis=1)
+    left = np.flatnonzero(unwritten)
     if len(left):
+        student.testimony.note_mask("left", unwritten)
         j, i = divmod(int(left[0]), SIZE[0])
         raise Wrong("failure.unwritten", i=i, j=j, width=SIZE[0], height=SIZE[1])
 
@@ -282,16 +300,16 @@ def test_intersect_scene_nothing(student: Student) -> None:
 @pytest.mark.check("tp2.trace_ray.object")
 def test_trace_ray_object(student: Student) -> None:
     """A ray that meets an object has the colour of what is hit."""
-    check_answers(student, "trace_ray.object", "result")
+    check_stages(student, "trace_ray.object")
 
 
 @pytest.mark.check("tp2.trace_ray.sky")
 def test_trace_ray_sky(student: Student) -> None:
     """A ray that meets nothing has the colour of the sky."""
-    check_answers(student, "trace_ray.sky", "result")
+    check_stages(student, "trace_ray.sky")
 
 
 @pytest.mark.check("tp2.trace_ray.depth")
 def test_trace_ray_depth(student: Student) -> None:
     """A ray that has bounced more than max_depth times is black."""
-    check_answers(student, "trace_ray.depth", "result")
+    check_stages(student, "trace_ray.depth")

@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 from grader.bounces import expect_fresh, expect_origin
-from grader.checks.common import check_results
+from grader.checks.common import check_results, check_stages
 from grader.compare import unit
-from grader.expected import Batch, prepare
+from grader.expected import Batch
+from grader.job import COUNT
 from grader.judge import Bench, Student, Trial, Wrong
 from grader.runner import Address
-from grader.show import setting
+from grader.show import number, setting
 
 # ---- TP4.1: in_shadow ---------------------------------------------------------------------------
 
@@ -99,35 +100,46 @@ def test_reflected_ray_fresh(student: Student) -> None:
 @pytest.mark.check("tp4.mirror_color.sky")
 def test_mirror_color_sky(student: Student) -> None:
     """Under an empty sky: the mirror's coefficient times the sky."""
-    check_results(student, "mirror_color.sky")
+    check_stages(student, "mirror_color.sky", empty=True)
 
 
 @pytest.mark.check("tp4.mirror_color.object")
 def test_mirror_color_object(student: Student) -> None:
     """The mirror shows the object that the reflected ray meets."""
-    check_results(student, "mirror_color.object")
+    check_stages(student, "mirror_color.object")
 
 
 @pytest.mark.check("tp4.mirror_color.depth")
 def test_mirror_color_depth(student: Student) -> None:
     """After max_depth bounces the mirror adds nothing more."""
-    check_results(student, "mirror_color.depth")
+    check_stages(student, "mirror_color.depth")
 
 
 # ---- TP4.B1: the octree -------------------------------------------------------------------------
 
 
-def walk(bench: Bench, batch: Batch) -> Trial:
-    """Build the tree of a scene, as scene_changed does, and search it.
+# Of the tests that going through the whole list would take: what a tree of any use stays below.
+FEW = 0.5
 
-    Raises Wrong when there is no tree.
-    """
-    prepare(bench.session, bench.core, batch)
+
+def plant(bench: Bench, batch: Batch) -> Address:
+    """Build the tree of a scene, as scene_changed does. Raises Wrong when there is none."""
+    bench.prepare(batch)
     bench.call("scene_changed", f"octree_build(scene, object_count){setting(batch)}")
     root = int(bench.session.get("scene_octree"))
     if not root:
         raise Wrong("failure.no_tree", setting=setting(batch).strip())
-    return bench.again(replace(batch, function="octree_intersect"), node=Address(root))
+    return Address(root)
+
+
+def search(bench: Bench, batch: Batch, root: Address) -> Trial:
+    """Search a tree along the rays of a batch."""
+    return bench.again(replace(batch, function="octree_intersect"), node=root)
+
+
+def walk(bench: Bench, batch: Batch) -> Trial:
+    """Build the tree of a scene, and search it. Raises Wrong when there is no tree."""
+    return search(bench, batch, plant(bench, batch))
 
 
 def walks(student: Student, suite: str) -> list[Trial]:
@@ -162,3 +174,22 @@ def test_octree_planes(student: Student) -> None:
     """Planes stay out of the tree."""
     for trial in walks(student, "octree.planes"):
         trial.expect("result")
+
+
+@pytest.mark.check("tp4.octree.fewer_tests")
+def test_octree_fewer_tests(student: Student) -> None:
+    """In a crowd, each ray is tested against few of the objects."""
+    crowd = max(student.batches("octree.hits"), key=lambda each: len(each.globals["scene"]))
+    objects, rays = len(crowd.globals["scene"]), crowd.count
+    with student.counting() as bench:
+        root = plant(bench, crowd)
+        bench.session.call(COUNT)  # forgets what the building may have tested
+        trial = search(bench, crowd, root)
+        tests = int(bench.session.call(COUNT).result)
+    trial.expect("result", "r.tmax")
+    if tests < rays:  # each of them hits something, which takes a test
+        raise Wrong("failure.uncounted", rays=rays, tests=tests)
+    if tests > FEW * rays * objects:
+        most = number(FEW * objects)
+        values = {"rays": rays, "objects": objects, "got": number(tests / rays), "most": most}
+        raise Wrong("failure.many_tests", **values)

@@ -8,8 +8,10 @@ import pytest
 from grader.bounces import expect_fresh, expect_origin
 from grader.checks.common import check_results
 from grader.compare import far, unit
-from grader.expected import SIZE, Array, Batch, prepare
+from grader.expected import SIZE, Array, Batch
 from grader.judge import Bench, Student, Trial, Wrong, without_answers
+from grader.records import Evidence
+from grader.reproducer import Look, of_command
 from grader.show import call, number, setting, value
 
 # A share of draws may be that many standard deviations away from its probability, and a little.
@@ -100,7 +102,9 @@ def test_pixel_color_used(student: Student) -> None:
     if all(far(got, each, batch.tolerance).any() for each in accepted):
         k = int(np.flatnonzero(far(got, accepted[0], batch.tolerance))[0])
         values = {"got": value(got[k]), "expected": value(accepted[0][k])}
-        raise Wrong("failure.picture", i=i[k], j=j[k], **values)
+        wrong = Wrong("failure.picture", i=i[k], j=j[k], **values)
+        look = Look(f"output_image[{j[k]} * WIDTH + {i[k]}]", accepted[0][k])
+        raise wrong.showing(Evidence(reproducer=of_command("raytrace", [], batch, look)))
 
 
 # ---- TP5.B1: refracted_ray, glass_color ---------------------------------------------------------
@@ -157,6 +161,8 @@ def test_glass_color_odds(student: Student) -> None:
         share, wanted = float(sees_sky(trial.got("result")).mean()), odds(trial)
         spread = np.sqrt(wanted * (1 - wanted) / trial.batch.count)
         if not abs(share - wanted) <= DEVIATIONS * spread + SLACK:
+            shares, is_wrong = np.array([share]), np.array([True])
+            student.testimony.note("share", shares, is_wrong, DEVIATIONS * spread + SLACK)
             values = {"got": number(100 * share), "expected": number(100 * wanted)}
             raise Wrong("failure.share", call=trial.call(0), count=trial.batch.count, **values)
 
@@ -187,7 +193,7 @@ def odds(trial: Trial) -> float:
 
 def grown(bench: Bench, batch: Batch, case: int) -> tuple[Array, str]:
     """Call populate_spheres; return the spheres of the scene, and the text of the call."""
-    prepare(bench.session, bench.core, batch)
+    bench.prepare(batch)
     text = call(batch, case)
     bench.call("populate_spheres", text, *(column[case] for column in batch.args.values()))
     count = int(bench.session.get("object_count"))
@@ -197,11 +203,32 @@ def grown(bench: Bench, batch: Batch, case: int) -> tuple[Array, str]:
     return bench.session.get("scene", count), text
 
 
+def evidence(batch: Batch, case: int, count: int) -> Evidence:
+    """Return the C program of a call, which says how many spheres there are."""
+    args = [column[case] for column in batch.args.values()]
+    look = Look("object_count", count)
+    return Evidence(reproducer=of_command("populate_spheres", args, batch, look))
+
+
 def scenes(student: Student) -> list[tuple[Batch, int, Array, str]]:
     """Return each call's batch and number, its spheres and its text."""
     (batch,) = student.batches("populate_spheres.any")
     with student.bench() as bench:
-        return [(batch, k, *grown(bench, batch, k)) for k in range(batch.count)]
+        made = [(batch, k, *grown(bench, batch, k)) for k in range(batch.count)]
+    for _, k, spheres, _ in made:
+        if int(batch.args["depth"][k]) == 1:
+            note_family(student, batch, k, spheres)
+    return made
+
+
+def note_family(student: Student, batch: Batch, k: int, spheres: Array) -> None:
+    """Put down what one generation of children is like, whatever their directions."""
+    radius, up = float(batch.args["radius"][k]), batch.args["up"][k]
+    ways = spheres["center"] - spheres["center"][:1]
+    sums = [spheres["radius"].sum(), np.linalg.norm(ways, axis=1).sum()]
+    got = np.array([[len(spheres), *sums, (ways @ up < -batch.tolerance).sum()]])
+    right = np.array([[4, 1.75 * radius, 3.75 * radius, 0]])
+    student.testimony.note("family", got, far(got, right, batch.tolerance), batch.tolerance)
 
 
 def family(spheres: Array, tolerance: float) -> tuple[Array, Array]:
@@ -223,7 +250,8 @@ def test_populate_spheres_count(student: Student) -> None:
     for batch, k, spheres, text in scenes(student):
         wanted = (3 ** (int(batch.args["depth"][k]) + 1) - 1) // 2
         if len(spheres) != wanted:
-            raise Wrong("failure.spheres", call=text, got=len(spheres), expected=wanted)
+            wrong = Wrong("failure.spheres", call=text, got=len(spheres), expected=wanted)
+            raise wrong.showing(evidence(batch, k, wanted))
         first = np.append(spheres["center"][0], spheres["radius"][0])
         asked = np.append(batch.args["center"][k], batch.args["radius"][k])
         if far(first[None], asked[None], batch.tolerance)[0]:
@@ -235,7 +263,8 @@ def test_populate_spheres_tangency(student: Student) -> None:
     """Each child has a quarter of its parent's radius, and touches it."""
     for batch, k, spheres, text in scenes(student):
         if batch.args["depth"][k] and len(spheres) < 4:
-            raise Wrong("failure.spheres", call=text, got=len(spheres), expected=4)
+            wrong = Wrong("failure.spheres", call=text, got=len(spheres), expected=4)
+            raise wrong.showing(evidence(batch, k, 4))
         if len(spheres) > 1:
             _, gap = family(spheres, batch.tolerance)
             for each in np.flatnonzero(~(gap <= 10 * batch.tolerance)):
@@ -264,4 +293,5 @@ def test_populate_spheres_full(student: Student) -> None:
         most = int(bench.core.constants["SCENE_SIZE"])
         spheres, text = grown(bench, deep, 0)
         if len(spheres) != most:
-            raise Wrong("failure.spheres", call=text, got=len(spheres), expected=most)
+            wrong = Wrong("failure.spheres", call=text, got=len(spheres), expected=most)
+            raise wrong.showing(evidence(deep, 0, most))

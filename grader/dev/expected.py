@@ -5,7 +5,8 @@
 The answers are made with the grader's own runner. Another seed and folder give an instructor data
 that students have not seen: `grade --expected DIR`. `--check` makes the data again and compares:
 inputs must be the same, answers within half of their tolerance, for another compiler or libm may
-round otherwise.
+round otherwise. The bank of known mistakes (grader/dev/bank.py) and the pictures
+(grader/dev/pictures/) are made with the data.
 """
 
 from __future__ import annotations
@@ -25,8 +26,11 @@ import numpy as np
 
 from grader import toolchain
 from grader.compare import far
+from grader.dev import bank
+from grader.dev.pictures import drift as pictures
 from grader.dev.vectors import tp2, tp3, tp4, tp5
 from grader.dev.vectors.maker import Maker, Question, Suite
+from grader.diagnosis import BANK
 from grader.expected import FOLDER, SIZE, Array, Batch, ExpectedError, encode, read, read_manifest
 from grader.manifest import ROOT
 from grader.runner import Core, Limits, open_core
@@ -42,12 +46,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--seed", type=int, help=f"of the random inputs (default: {SEED})")
     parser.add_argument("--out", type=Path, default=FOLDER, help="folder (default: %(default)s)")
     parser.add_argument("--check", action="store_true", help="compare with what is there")
+    parser.add_argument(
+        "--without-bank", action="store_true", help="leave out the known mistakes' answers"
+    )
     options = parser.parse_args(arguments)
     with _reference() as core:
         try:
             if options.check:
-                return _check(core, options.out, options.seed)
+                drifted = _check(core, options.out, options.seed) or bank.check(options.out)
+                return drifted or pictures.check(options.out)
             _make(core, options.out, SEED if options.seed is None else options.seed)
+            pictures.store(options.out)
+            if not options.without_bank:
+                bank.store(options.out)
         except ExpectedError as error:
             print(error, file=sys.stderr)
             return 1
@@ -134,7 +145,7 @@ def _check(core: Core, folder: Path, seed: int | None) -> int:
     drifted += [
         f"{path.name}: not in the manifest"
         for path in folder.glob("*.npz")
-        if path.name not in names
+        if path.name not in (*names, BANK)
     ]
     for suite in made:
         if f"{suite.name}.npz" in stored["files"]:

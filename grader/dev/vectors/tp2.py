@@ -192,18 +192,33 @@ def _traced(m: Maker) -> list[Suite]:
         search = _search(m, scene, stack(rays, m.rays([(0, 20, 9)], [(0, 0, -1)])))
         hit = result(m.ask(search))
         found, lost = search.args["r"][hit], search.args["r"][~hit]
-        found["depth"] = m.rng.integers(0, 5, len(found))
+        found["depth"] = m.rng.integers(0, 8, len(found))
         found["depth"][0] = 0
         batch = Batch("trace_ray", {"r": found}, lit(m, scene))
-        objects.append(m.stages(batch))
+        objects.append(_to_the_limit(m, batch))
         sky.append(m.stages(replace(batch, args={"r": lost})))
         deep = stack(found, found)
-        deep["depth"][: len(found)] += 12
-        deep["depth"][0] = 12
-        depth.append(m.stages(replace(batch, args={"r": deep})))
+        deep["depth"][: len(found)] = 12 - np.arange(len(found)) % 2
+        depth.append(_to_the_limit(m, replace(batch, args={"r": deep})))
     named = {"object": objects, "sky": sky, "depth": depth}
     made = [Suite(f"trace_ray.{k}", tuple(v), COLOR, COLOR_REASON) for k, v in named.items()]
     return [*made, Suite("raytrace", (_picture(m),), COLOR, COPIED)]
+
+
+def _to_the_limit(m: Maker, batch: Batch) -> Question:
+    """Return the calls at every stage; those that stop at max_depth itself are accepted too."""
+    question = m.stages(batch)
+    sooner = [
+        replace(each, globals={**each.globals, "options": _stopping_at(each.globals["options"])})
+        for each in question.variants
+    ]
+    return Question(question.batch, (*question.variants, *sooner))
+
+
+def _stopping_at(options: Array) -> Array:
+    changed = options.copy()
+    changed["max_depth"] -= 1
+    return changed
 
 
 def _picture(m: Maker) -> Question:

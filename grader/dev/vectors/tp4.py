@@ -54,7 +54,7 @@ def _shadows(m: Maker) -> list[Suite]:
     drawn = _barred(m, cloud, start, light, norm1(light - start))
     drawn = m.steady(m.steady(drawn, "it.position", 0.05), "from.position", 0.05)
     made = {
-        "blocked": [plain, drawn],
+        "blocked": [plain, drawn, _close(m)],
         "beyond": [_in_between(m, ball, 1)],
         "behind": [_in_between(m, ball, -1)],
         "own": _own(m),
@@ -62,6 +62,13 @@ def _shadows(m: Maker) -> list[Suite]:
     made["at_light"] = [_at_light(m, ball)]
     suites = [_suite("in_shadow", name, batches, 0.0, YES_OR_NO) for name, batches in made.items()]
     return [*suites, _used(m, ball)]
+
+
+def _close(m: Maker) -> Batch:
+    """Return points that a small sphere nearly touches, on their way to the light."""
+    light = floats([(0, 3, 0), (4, 0, 0), (0, 0, -5)])
+    small = m.objects("SPHERE", 3, center=norm1(light) * np.float32(0.03), radius=0.01)
+    return _barred(m, small, np.zeros((3, 3), np.float32), light, norm1(light))
 
 
 def _in_between(m: Maker, ball: Array, side: int) -> Batch:
@@ -192,7 +199,7 @@ def _mirrors(m: Maker) -> list[Suite]:
     balls = [m.objects("SPHERE", 1, center=(0, 0, 0), radius=2), tp2.cloud(m, 6)]
     scenes = [m.steady(mirrors(m, each, 60), "it.position", 0.02) for each in balls]
     deep = mirrors(m, balls[0], 40)
-    deep.args["in"]["depth"] = np.arange(deep.count) % 2 * 12
+    deep.args["in"]["depth"] = np.choose(np.arange(deep.count) % 4, (0, 12, 5, 10))
     # Fresnel stands for ks in the last variant: whoever has done TP5.2 and ignores the option.
     fresnel_on = [staged(m, each, on=True) for each in (sky, *scenes, deep)]
     plain = [staged(m, each) for each in (sky, *scenes, deep)]
@@ -212,8 +219,8 @@ def _octree(m: Maker) -> list[Suite]:
     made = []
     simple = m.rays([(0, 0, 5), (0, 9, 0)], [(0, 0, -1), (0, 0, 1)])
     for scene in scenes:
-        args = {"r": stack(simple, tp2.towards(m, scene, 80))}
-        args["it"] = m.blank("intersection", 82)
+        args = {"r": stack(simple, tp2.towards(m, scene, 160))}
+        args["it"] = m.blank("intersection", 162)
         batch = Batch("intersect_scene", args, m.world(scene, octree=True))
         made.append(m.steady(batch, "r.orig"))
     flat = tp2.cloud(m, 6, planes=2)
@@ -235,16 +242,16 @@ _SOLID = (solids.TOLERANCE, solids.REASON)
 
 
 def _crowd(m: Maker) -> Array:
-    """Many small spheres, one large one around a part of them, and one far away."""
+    """Many small spheres, large ones around and behind a part of them, and one far away."""
     made = m.objects("SPHERE", 200, center=m.uniform(-3, 3, 200, 3))
     made["radius"] = m.uniform(0.08, 0.25, 200)
-    made["radius"][7] = 1.5
+    made["radius"][7::40] = 1.5
     made["center"][11] = (30, 2, 1)
     return made
 
 
 def _overlaps(m: Maker) -> Batch:
-    """Spheres that are clearly in a box, or clearly far from it; and planes, which are in none."""
+    """Spheres that are clearly in a box, or reach into it, or are far; and planes, in none."""
     count = 90
     boxes = m.core.zeros("box", count)
     corner, sides = m.uniform(-3, 3, count, 3), m.uniform(0.5, 3, count, 3)
@@ -255,6 +262,10 @@ def _overlaps(m: Maker) -> Batch:
     inside = corner + sides * m.uniform(0, 1, count, 3)
     away = corner + sides / 2 + m.unit(count) * m.uniform(9, 15, count, 1)
     objects["center"] = np.where(np.arange(count)[:, None] % 2, away, inside)
+    # The centre is outside, above one face, and half of the radius reaches in.
+    beside, axis = np.arange(4, count, 4), np.arange(4, count, 4) // 4 % 3
+    reach = (corner + sides)[beside, axis] + objects["radius"][beside] / 2
+    objects["center"][beside, axis] = reach
     objects["center"][:3] = [(0.5, 0.5, 0.5), (20, 0, 0), (0.5, 0.5, 1.5)]
     planes = m.objects("PLANE", 6, normal=(0, 1, 0), dist=m.uniform(-1, 1, 6))
     return Batch(

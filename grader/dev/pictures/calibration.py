@@ -1,0 +1,60 @@
+"""The limits of what is measured, from what right programs reach: calibration.json."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from grader.pictures.plan import PATTERNED, Picture
+
+TABLE = Path(__file__).with_name("calibration.json")
+PATTERN_FACTOR = 2.5  # many edges, which readings draw differently
+MARGIN = 2.0  # a limit is at least that many times what a right program reaches
+# Between a right program's edges and those of one without samples, which measure 1.
+EDGES_MARGIN = 1.5
+HIGHEST = 3.0  # times the least limit: beyond, mistakes would pass
+
+
+def defaults(picture: Picture) -> dict[str, float]:
+    """Return the least limit of each measure."""
+    if picture.stage == "glass":
+        return {"share": 0.02, "tile": 0.08}
+    if picture.is_smooth:
+        return {"share": 0.0025, "tile": 0.15, "edges": 0.7}
+    least = {"share": 0.001 if picture.stage == "flat" else 0.0005, "tile": 0.12}
+    factor = PATTERN_FACTOR if picture.scene in PATTERNED else 1.0
+    return {name: value * factor for name, value in least.items()}
+
+
+def limits(picture: Picture) -> dict[str, dict[str, Any]]:
+    """Return each limit, the worst that a right program reached, their ratio, and the reason."""
+    reached = _table().get(picture.name, {})
+    found = {}
+    for name, least in defaults(picture).items():
+        worst = float(reached.get(name, {}).get("worst", 0.0))
+        margin = EDGES_MARGIN if name == "edges" else MARGIN
+        limit = max(least, margin * worst)
+        found[name] = {
+            "limit": round(limit, 6),
+            "worst": round(worst, 6),
+            "margin": round(limit / worst, 1) if worst else None,
+            "reason": f"{margin:g} times what the variant {reached[name]['variant']} reaches"
+            if limit > least
+            else "the least: weaker mistakes do not show",
+        }
+    return found
+
+
+@cache
+def _table() -> Mapping[str, Any]:
+    if not TABLE.is_file():
+        return {}
+    return dict(json.loads(TABLE.read_text(encoding="utf-8")))
+
+
+def forget() -> None:
+    """Read the table again when it is next asked for."""
+    _table.cache_clear()

@@ -1,0 +1,93 @@
+"""The accepted readings of the handout, whose renders span the envelopes.
+
+A reading is the reference with a patch of readings/, with flags, or with other settings.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from grader.dev import patches
+from grader.dev.pictures.program import Order, Program
+from grader.expected import Array
+from grader.pictures.plan import STAGES, Picture
+from grader.shapes import Image
+
+FOLDER = Path(__file__).with_name("readings")
+COARSE, FINE = 1e-3, 1e-5  # epsilons that students choose; scene units
+
+
+@dataclass(frozen=True)
+class Reading:
+    """One way to read the handout: patches of the reference, and how it is built and asked."""
+
+    id: str
+    patches: tuple[str, ...] = ()
+    flags: tuple[str, ...] = ()
+    double: bool = False
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    compiler: str = ""
+
+    def draw(self, picture: Picture, texels: Array, seed: int = 0) -> Image:
+        """Draw a picture so."""
+        order = Order(picture.scene, {**picture.options, **self.settings}, seed)
+        ours = ("plain_lobe",) if picture.stage.endswith("plain_lobe") else ()
+        (drawn,) = program(replace(self, patches=(*self.patches, *ours))).pictures([order], texels)
+        return drawn
+
+
+REFERENCE = Reading("reference")
+_ALWAYS = (
+    REFERENCE,
+    Reading("double", double=True),
+    Reading("endless_rays", flags=("-DRAY_TMAX=1e30f",)),
+)
+_SECONDARY = (
+    Reading("coarse_epsilon", settings={"epsilon": COARSE}),
+    Reading("fine_epsilon", settings={"epsilon": FINE}),
+    Reading("normal_offset", ("offset_normal",), settings={"epsilon": COARSE}),
+)
+SEEDS = range(1, 9)  # of what is drawn by lot
+LOBE = Reading("lobe_n_v", ("lobe_n_v",))
+_SAMPLES = (
+    Reading("samples_2", settings={"samples": 2}),
+    Reading("samples_4", settings={"samples": 4}),
+    Reading("samples_corner", ("samples_corner",)),
+    Reading("samples_end_points", ("samples_end_points",)),
+    Reading("samples_unclamped", ("samples_unclamped",)),
+    *(Reading(f"samples_random_{k}", ("samples_random",), (f"-DDRAW={k}",)) for k in (1, 2, 3, 4)),
+)
+
+
+def readings(picture: Picture) -> Sequence[Reading]:
+    """Return the accepted readings that may show in a picture; the reference's own is first."""
+    on = STAGES[picture.stage]
+    found = list(_ALWAYS)
+    if on & {"shadows", "reflections"}:
+        found += _SECONDARY
+    if "fresnel" in on and not picture.stage.endswith("plain_lobe"):
+        found.append(LOBE)
+    if picture.is_smooth:
+        found += _SAMPLES
+    if picture.stage == "glass":
+        found.append(Reading("plain_lobe", ("plain_lobe",)))
+    return found
+
+
+def program(reading: Reading) -> Program:
+    """Return the program of a reading."""
+    return _program(reading.patches, reading.flags, reading.double, reading.compiler)
+
+
+@cache
+def _program(
+    names: tuple[str, ...], flags: tuple[str, ...], double: bool, compiler: str
+) -> Program:
+    files = patches.reference()
+    for name in names:
+        files = patches.patched(FOLDER / f"{name}.patch", files)
+    return Program(files, flags, compiler, double)
