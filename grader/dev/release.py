@@ -38,10 +38,10 @@ FOLDERS = {
         *(".py", ".sh", ".c", ".toml", ".json", ".zip", ".in", ".txt"),
         *(".html", ".j2", ".css", ".js", ".svg"),
     ),
-    "notebooks": (".ipynb", ".png", ".svg"),
+    "notebooks": (".ipynb", ".png", ".svg", ".c"),
     "reference/expected": (".npz", ".png", ".json"),
 }
-LEFT_OUT = ("grader/dev/", "grader/tests/")
+LEFT_OUT = ("grader/batch/", "grader/dev/", "grader/tests/")
 WHOLE_FILES = ("LICENSE", "pyproject.toml")
 TARGETS = ("help", "grade", "mrt", "try", "lab", "submit", "update", "doctor", "clean")
 SECTIONS = ("Les cinq premières minutes", "The first five minutes", "Commands")
@@ -89,6 +89,7 @@ def collect(root: Path) -> dict[str, bytes]:
     files["Makefile"] = student_makefile(_read(root, "Makefile").decode()).encode()
     files["README.md"] = student_readme(_read(root, "README.md").decode()).encode()
     own = [f"core_c/{name}" for name in (*rules.student, *rules.ungraded, authors.NAME)]
+    own += [path for path in files if path.startswith("notebooks/") and path.endswith(".c")]
     sums = {path: digest(content) for path, content in files.items()}
     record = Release(grader.__version__, _date(root), tuple(own), sums)
     return {**files, RECORD: record.as_json()}
