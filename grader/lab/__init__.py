@@ -1,12 +1,13 @@
 """What the notebooks are written with: see `Core`, and each function's own help.
 
-    from grader.lab import Core, check, compare, figure, help_card, new_figure, predict, predicted
-    from grader.lab import progress, show, slider, source
+    from grader.lab import Core, check, compare, figure, help_card, inspect, new_figure, predict
+    from grader.lab import predicted, progress, show, slider, source
 
     core = Core()                        # the C functions: core.fill_red(img), core.render(scene=0)
     show(core.figure("figure_4"))        # a picture on axes
     compare(core.figure("figure_4"), "figure_4")
     check("TP2.4")                       # what the grader says
+    inspect(0, (150, 70))                # why a pixel is its colour
 
 Each returns what the cell shows when it is the cell's last expression. What goes wrong in the C
 code ends the cell with a card, not the notebook.
@@ -18,6 +19,7 @@ from grader.lab import stopped
 from grader.lab.checks import check
 from grader.lab.comparing import compare
 from grader.lab.core import Core
+from grader.lab.inspector import inspect
 from grader.lab.picture import Picture, figure, new_figure, show
 from grader.lab.predictions import predict, predicted
 from grader.lab.sliders import slider
@@ -33,6 +35,7 @@ __all__ = [
     "compare",
     "figure",
     "help_card",
+    "inspect",
     "new_figure",
     "predict",
     "predicted",

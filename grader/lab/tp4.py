@@ -28,6 +28,8 @@ COARSE = (160, 90)  # pixels: enough for maps that need many calls
 POINT = np.dtype([("position", "f4", (3,)), ("normal", "f4", (3,))])  # of an intersection
 LAMP, BARRIER, BEYOND = (0.6, 1.5), (0.1, 0.5, 0.3), (1.55, 2.2, 0.4)  # x, y, radius
 NANO = 1e-9  # the unit of surface_errors
+SPHERE = 1  # the type of an object
+HIGH = 0.5  # a ball above it hides no path: only its outline is drawn, seen from above
 FAR = 6.0  # how much of a ray that meets nothing is drawn
 SHOWN_GENERATIONS = 6  # of rays, in a tree that can still be read
 
@@ -168,9 +170,11 @@ def bounce(core: Core, angle: int = 50, length: float = 1.0) -> Shown:
 
 
 def _arrow(axes: Axes, start: Array, end: Array, name: str, color: str) -> None:
-    axes.annotate("", end, start, arrowprops={"arrowstyle": "->", "color": color, "lw": 2.5})
-    far = end if np.linalg.norm(end) > np.linalg.norm(start) else start
-    axes.text(*(1.1 * far), name, color=color, ha="center", va="center", weight="bold")
+    (x, y), (x0, y0) = end, start
+    properties = {"arrowstyle": "->", "color": color, "lw": 2.5}
+    axes.annotate("", (x, y), (x0, y0), arrowprops=properties)
+    far_x, far_y = 1.1 * (end if np.linalg.norm(end) > np.linalg.norm(start) else start)
+    axes.text(far_x, far_y, name, color=color, ha="center", va="center", weight="bold")
 
 
 def _max_depth(core: Core) -> int:
@@ -195,13 +199,13 @@ def _chain(core: Core, ray: Ray) -> tuple[list[Hit], Ray]:
     return met, ray
 
 
-def path(core: Core, i: int = 320, j: int = 120, scene: int = 0) -> Shown:
+def path(core: Core, i: int = 334, j: int = 119, scene: int = 0) -> Shown:
     """Show the points that the ray of a pixel meets, from mirror to mirror, seen from above."""
     content = core.scene(scene)
     picture = core.render(scene)
     ray = core.camera_ray(i + 0.5, j + 0.5)
     met, last = _chain(core, ray)
-    drawn, (seen, above) = new_figure(2, 1, (10, 4), width_ratios=(1.5, 1))
+    drawn, (seen, above) = new_figure(2, 1, (10, 4), width_ratios=(1.4, 1))
     draw(seen, picture, f"(i, j) = ({i}, {j})")
     seen.plot(i, j, "+", color="white", ms=16, mew=3)
     seen.plot(i, j, "+", color="black", ms=14, mew=1)
@@ -209,7 +213,7 @@ def path(core: Core, i: int = 320, j: int = 120, scene: int = 0) -> Shown:
     points = [np.asarray(content.camera.position), *(np.asarray(each.position) for each in met)]
     for k, (start, end) in enumerate(pairwise(points)):
         above.plot([start[0], end[0]], [start[2], end[2]], color=BLUE if k else ORANGE, lw=2)
-        above.text(end[0], end[2], str(k), ha="left", va="bottom", weight="bold")
+        above.text(end[0], end[2], str(k + 1), ha="left", va="bottom", weight="bold", clip_on=True)
     end = np.stack([points[-1], points[-1] + FAR * np.asarray(last.dir)])
     above.plot(end[:, 0], end[:, 2], color=GREY, ls="--")
     share = np.prod([np.asarray(each.material.ks).max() for each in met[:-1]])
@@ -219,15 +223,15 @@ def path(core: Core, i: int = 320, j: int = 120, scene: int = 0) -> Shown:
 
 
 def _from_above(axes: Axes, content: Scene) -> None:
-    """Draw the balls and the eye of a scene as seen from above, x to the left as in the picture."""
+    """Draw the balls of a scene as seen from above, x to the left as in the picture."""
     for each in content.objects:
-        if hasattr(each, "center") and each.data["type"] == 1:
-            x, _, z = each.center
+        if each.data["type"] == SPHERE:
+            x, y, z = each.center
             color = tuple(np.clip(np.asarray(each.mat.kd), 0, 1))
-            axes.add_patch(Circle((x, z), each.radius, facecolor=color, edgecolor=GREY))
-    x, _, z = content.camera.position
-    axes.plot(x, z, "o", color="black")
-    axes.set(xlim=(2.2, -1.6), ylim=(3.2, -1.2), aspect="equal", xlabel="x", ylabel="z")
+            axes.add_patch(
+                Circle((x, z), each.radius, facecolor=color, edgecolor=GREY, fill=y < HIGH)
+            )
+    axes.set(xlim=(1.7, -1.3), ylim=(2.0, -1.0), aspect="equal", xlabel="x", ylabel="z")
 
 
 def rays_per_depth(core: Core, scene: int = 0) -> Shown:
@@ -244,10 +248,10 @@ def rays_per_depth(core: Core, scene: int = 0) -> Shown:
     shares = [100 * each / counts[0] for each in counts]
     drawn, axes = new_figure(1, 1, (7, 3.2))
     bars = axes.bar(range(len(shares)), shares, color=BLUE)
-    axes.bar_label(bars, [f"{each:.2g}" for each in shares], fontsize=8)
+    axes.bar_label(bars, [f"{each:.3g}" for each in shares], fontsize=8)
     axes.set(yscale="log", ylim=(0.001, 300), xlim=(-0.6, most + 0.6), xlabel=sentence("tp4.depth"))
     axes.set(ylabel=sentence("tp4.rays_share"), title=sentence("tp4.scene", scene=scene))
-    told = " ; ".join(f"{each:.2g}" for each in shares)
+    told = " ; ".join(f"{each:.3g}" for each in shares)
     return figure(drawn, sentence("tp4.depths_alt", scene=scene, shares=told))
 
 
