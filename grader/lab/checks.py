@@ -15,6 +15,7 @@ from grader.judge import sizes_for
 from grader.lab import complaints
 from grader.lab.card import Shown, card, code, escape, fold, stack
 from grader.lab.engine import marks
+from grader.lab.inspector.jump import jump
 from grader.lab.picture import tag
 from grader.lab.place import core_folder, outputs
 from grader.lab.stopped import Stopped
@@ -180,6 +181,10 @@ def explained(result: CheckResult) -> Shown:
         inside += fold(say("reproducer"), code(result.reproducer))
     inside += _pictures(result)
     text = "\n".join(f"  {line}" for line in lines)
+    there = jump(result.id) if result.outcome is Outcome.FAILED else None
+    if there is not None:
+        inside += there.html
+        text += f"\n{there.text}"
     return Shown(f'<div style="margin-left:1.2em">{inside}</div>', text)
 
 

@@ -10,8 +10,9 @@ import os
 import sys
 from pathlib import Path
 
-from grader.dev.bench import grading, lab, measure, pictures, report
+from grader.dev.bench import grading, inspector, lab, measure, pictures, report
 from grader.dev.bench.programs import BenchError
+from grader.dev.patches import REFERENCE
 from grader.toolchain import ToolchainError
 
 NICE = 5  # the machine stays usable meanwhile
@@ -27,6 +28,7 @@ def main() -> int:
         # Wall time, which a nice process would lose to its neighbours.
         grades = grading.measure(folder)
         print(lab.text(lab.measure(folder)))
+        print(inspector.text(inspector.measure(REFERENCE)))
         print(pictures.text(pictures.measure()))
         os.nice(NICE)
         measured, octree_ratios = measure.measure_all(folder)

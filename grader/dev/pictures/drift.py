@@ -19,6 +19,7 @@ from grader.pictures.measure import measure, outside
 from grader.pictures.plan import SCENES, Picture, everything
 
 MOVED = 0.002  # share of pixels whose object may differ: rounding at edges
+LIGHT = 1e-3  # by which what a light adds may differ, colours from 0 to 1
 
 
 def store(folder: Path) -> None:
@@ -62,4 +63,9 @@ def _picture(folder: Path, picture: Picture) -> Sequence[str]:
 def _maps(folder: Path, scene: int) -> Sequence[str]:
     arrays = stored.read_arrays(folder, f"scene{scene}.maps.npz")
     moved = np.mean(arrays["object"] != maps(scene)["object"])
-    return [f"scene{scene}.maps.npz"] if moved > MOVED else []
+    lines = [f"scene{scene}.maps.npz"] if moved > MOVED else []
+    kept = stored.read_arrays(folder, f"scene{scene}.light.npz")
+    plain = np.clip(maps(scene)["lit"][:, :, 0], 0, stored.BRIGHTEST)
+    away = np.abs(stored.colors(kept["plain"]) - np.moveaxis(plain, (0, 1), (-2, -1)))
+    dimmed = np.mean((away > LIGHT).any(axis=(0, 1)))
+    return [*lines, *([f"scene{scene}.light.npz"] if dimmed > MOVED else [])]

@@ -1,0 +1,120 @@
+"""The pixel inspector: why is this pixel this colour.
+
+    inspect(0)                              # scene 0, at the pixel that is most wrong
+    inspect(0, (150, 70), shadows=False)    # column 150, row 70; options as in core.render
+    inspect("scene4.shadows")               # an expected picture, or a figure: "figure_6"
+
+The pixel is replayed: the functions are called one by one along its ray. Each value that they give
+stands in a table; the first that goes wrong is named.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from grader.expected import FOLDER, ExpectedError
+from grader.lab import comparing
+from grader.lab.card import Shown, note, stack
+from grader.lab.complaints import sentence
+from grader.lab.core import EXPECTED_SIZE, Core
+from grader.lab.inspector import rows, space
+from grader.lab.inspector.looking import Looking, Seen
+from grader.lab.inspector.worst import worst_pixel
+from grader.lab.place import core_folder
+from grader.lab.scene import Scene
+from grader.lab.stopped import Stopped
+from grader.lab.words import say
+from grader.pictures.plan import SCENES, Picture
+from grader.shapes import Size
+
+__all__ = ["Inspection", "inspect", "shown"]
+
+FULL = "fresnel"  # the stage whose options are those at the start
+
+
+def inspect(
+    scene: int | str | Scene = 0,
+    pixel: tuple[int, int] | None = None,
+    *,
+    core: Core | None = None,
+    size: Size = EXPECTED_SIZE,
+    **chosen: Any,
+) -> Inspection:
+    """Return the inspector of a scene, opened at a pixel (column, row).
+
+    Parameters
+    ----------
+    scene : its number, a scene of your own (core.scene()), or the name of a picture
+    pixel : column and row; by default the pixel that is most wrong, or else the middle
+    core : whose folder of C files is looked at; by default the one the notebooks use
+    size : of the picture, pixels; expected values exist at 320 x 180
+    chosen : fields of `options`, as in core.render
+
+    Raises Stopped.
+    """
+    folder = core.engine.folder if core is not None else core_folder()
+    picture = Picture(scene, FULL) if isinstance(scene, int) and not chosen else None
+    if isinstance(scene, str):
+        picture = comparing.plan(scene)
+        options = comparing.options(scene)
+        scene = int(options.pop("scene"))
+        chosen = {**options, **chosen}
+    looking = Looking(folder, scene, size, chosen)
+    if pixel is None:
+        pixel = _start(looking, picture)
+    elif len(pixel) != 2:
+        raise Stopped(sentence("lab.inspect.no_pixel", scene=scene))
+    return Inspection(looking, looking.look(int(pixel[0]), int(pixel[1])))
+
+
+class Inspection:
+    """An inspector in a cell: a widget, or a picture and a table where there is no widget."""
+
+    def __init__(self, looking: Looking, seen: Seen) -> None:
+        self.looking, self.seen = looking, seen
+
+    def at(self, i: int, j: int) -> Inspection:
+        """Look at another pixel: column i, row j."""
+        self.seen = self.looking.look(i, j)
+        return self
+
+    def shown(self) -> Shown:
+        """Return the static page: sentences, table and picture."""
+        return shown(self.looking, self.seen)
+
+    def _repr_mimebundle_(self, include: Any = None, exclude: Any = None) -> dict[str, Any]:
+        """Return the widget, and beside it what a page without widgets shows."""
+        from grader.lab.inspector.widget import bundle
+
+        static = self.shown()
+        return {
+            **bundle(self.looking, self.seen),
+            "text/html": static.html,
+            "text/plain": static.text,
+        }
+
+    def __repr__(self) -> str:
+        return rows.told(self.looking, self.seen).text
+
+
+def shown(looking: Looking, seen: Seen) -> Shown:
+    """Return a pixel as a static page."""
+    parts = [rows.told(looking, seen), space.static(looking, seen)]
+    if looking.ended is not None:
+        head = note(say("inspect.not_drawn"), "bad")
+        parts = [head, *([looking.ended] if seen.stopped is None else []), *parts]
+    return stack(parts)
+
+
+def _start(looking: Looking, picture: Picture | None) -> tuple[int, int]:
+    """Return the pixel that is most wrong, if that can be told, or else the middle."""
+    width, height = looking.probe.size
+    known = picture is not None and picture.stage in SCENES.get(picture.scene, ())
+    if known and picture is not None and (width, height) == EXPECTED_SIZE and not looking.ended:
+        try:
+            found = worst_pixel(FOLDER, picture, looking.picture)
+        except ExpectedError:
+            found = None
+        if found is not None:
+            return found
+    return width // 2, height // 2

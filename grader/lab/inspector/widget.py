@@ -1,0 +1,116 @@
+"""The inspector as a widget: what the browser draws, and the pixels it asks for."""
+
+from __future__ import annotations
+
+import base64
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from grader.lab.card import stack
+from grader.lab.inspector import rows, space
+from grader.lab.inspector.looking import Looking, Seen
+from grader.lab.picture import png
+from grader.lab.vectors import Array
+from grader.lab.words import say
+
+SCRIPT = Path(__file__).with_name("inspector.js")
+_LABELS = ("zoom_in", "zoom_out", "space_label")
+
+
+@cache
+def _kind() -> Any:
+    """Return the class of the widget; anywidget is loaded when it is first needed."""
+    import anywidget
+    import traitlets
+
+    class Widget(anywidget.AnyWidget):
+        _esm = SCRIPT.read_text(encoding="utf-8")
+        scene = traitlets.Dict().tag(sync=True)  # what a pixel does not change
+        seen = traitlets.Dict().tag(sync=True)  # what is seen at the pixel
+        pixel = traitlets.List([0, 0]).tag(sync=True)  # column and row, which the browser sets
+
+    return Widget
+
+
+def bundle(looking: Looking, seen: Seen) -> dict[str, Any]:
+    """Return what Jupyter needs to show the widget; nothing where anywidget is not installed."""
+    try:
+        made: dict[str, Any] = make(looking, seen)._repr_mimebundle_()[0]
+    except ImportError:
+        return {}
+    return made
+
+
+def make(looking: Looking, seen: Seen) -> Any:
+    """Return the widget, opened at a pixel."""
+    widget = _kind()(
+        scene=_scene(looking), seen=_seen(looking, seen), pixel=[int(each) for each in seen.pixel]
+    )
+
+    def follow(change: Any) -> None:
+        i, j = change.new
+        if looking.refresh():
+            widget.scene = _scene(looking)
+        widget.seen = _seen(looking, looking.look(int(i), int(j)))
+
+    widget.observe(follow, names="pixel")
+    return widget
+
+
+def _scene(looking: Looking) -> dict[str, Any]:
+    """Return the picture and the words that go with it."""
+    width, height = looking.probe.size
+    objects = looking.objects()
+    names = (
+        [looking.name(k) for k in range(-1, int(objects.max()) + 1)] if objects is not None else []
+    )
+    return {
+        "picture": _text(png(looking.picture)),
+        "width": width,
+        "height": height,
+        "things": _text(_indices(objects)) if objects is not None else "",
+        "names": names,
+        "view": space.start_view(looking),
+        "colors": space.COLORS,
+        "picture_label": say("inspect.picture_label", width=width, height=height),
+        **{name: say(f"inspect.{name}") for name in _LABELS},
+    }
+
+
+def _seen(looking: Looking, seen: Seen) -> dict[str, Any]:
+    """Return the sentences, the table, and what is to be drawn in space."""
+    parts = [rows.told(looking, seen)]
+    if looking.ended is not None and seen.stopped is None:
+        parts.insert(0, looking.ended)
+    if seen.case is None:
+        return {"pixel": list(seen.pixel), "html": stack(parts).html, "rays": []}
+    objects, rays = looking.probe.scene.objects, space.segments(looking, seen.case.root)
+    middle = space.middle(rays)
+    spheres, which = space.circles(objects, middle)
+    return {
+        "pixel": list(seen.pixel),
+        "html": stack(parts).html,
+        "middle": _numbers(middle),
+        "spheres": [
+            [*_numbers(each), space.color_of(objects, int(k))]
+            for each, k in zip(spheres, which, strict=True)
+        ],
+        "lines": [_numbers(line) for _, line in space.wires(objects, middle)],
+        "rays": [[each.row, each.kind, _numbers(each.start), _numbers(each.end)] for each in rays],
+    }
+
+
+def _indices(objects: Array) -> bytes:
+    """Return the index of the object at each pixel as 16 bits, the sky as 0."""
+    return (objects + 1).astype("<u2").tobytes()
+
+
+def _numbers(values: Array) -> Any:
+    return np.round(np.asarray(values, np.float64), 4).tolist()
+
+
+def _text(content: bytes) -> str:
+    return base64.b64encode(content).decode("ascii")
