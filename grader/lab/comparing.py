@@ -86,7 +86,7 @@ def _drawn(pictures: list[Array], away: Array, caption: str) -> Shown:
 
 
 def _percent(share: float) -> str:
-    return f"{100 * share:.2g}"
+    return f"{100 * share:.1f}" if share >= 0.1 else f"{100 * share:.2g}"
 
 
 def _size(img: Array) -> str:

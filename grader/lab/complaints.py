@@ -5,9 +5,8 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from grader import diagnostics
+from grader import deaths, diagnostics
 from grader.diagnostics import Diagnostic
-from grader.lab import deaths
 from grader.lab.card import Shown, card, code, escape, note, stack
 from grader.lab.place import link
 from grader.lab.words import say, texts
@@ -44,10 +43,10 @@ def not_built(folder: Path, result: BuildResult) -> Shown:
     return card(inside.html, inside.text, "bad")
 
 
-def died(folder: Path, call: str, death: Death, seconds: float) -> Shown:
+def died(folder: Path, call: str, death: Death) -> Shown:
     """Return how a call ended, with the lines around the place."""
-    text = deaths.tell(death, f"{call}()" if call else "", seconds, texts())
-    return _ended(folder, text, death.location)
+    said = deaths.verdict(death, f"{call}()" if call else "")
+    return _ended(folder, deaths.told(said, death.location, texts()), death.location)
 
 
 def interrupted(folder: Path, call: str, death: Death) -> Shown:

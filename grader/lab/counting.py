@@ -57,7 +57,7 @@ class Counter:
 @contextmanager
 def counter(core: Core) -> Iterator[Counter]:
     """Build the code of `core` so that it counts, and start it. Raises Stopped."""
-    folder, limit = core.engine.folder, core.engine.limit
+    folder = core.engine.folder
     try:
         target = Target(*core.size, counted=True)
         (result,) = build(read_submission(folder), [target], outputs() / "cache")
@@ -65,10 +65,10 @@ def counter(core: Core) -> Iterator[Counter]:
             raise Stopped(complaints.not_built(folder, result))
         with start_worker() as worker:
             library = Library(worker, result)
-            with library.session(Limits(cpu=limit, each_call=True)) as session:
+            with library.session(Limits(cpu=core.engine.limit, each_call=True)) as session:
                 yield Counter(library, session)
     except Died as error:
-        raise Stopped(complaints.died(folder, SEARCH, error.death, limit)) from None
+        raise Stopped(complaints.died(folder, SEARCH, error.death)) from None
     except Missing as error:
         raise Stopped(complaints.sentence("failure.missing", name=error.name)) from None
     except Told as error:

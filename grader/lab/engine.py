@@ -122,7 +122,7 @@ class Engine:
         except Died as error:
             self._drop(target)
             self._again |= error.death.cause is Cause.TIMEOUT
-            raise Stopped(complaints.died(self.folder, call, error.death, self.limit)) from None
+            raise Stopped(complaints.died(self.folder, call, error.death)) from None
         except Missing as error:
             raise Stopped(complaints.sentence("failure.missing", name=error.name)) from None
         except MachineError as error:
@@ -136,7 +136,7 @@ class Engine:
             if target not in self._stages:
                 self._start(target)
         except Died as error:
-            raise Stopped(complaints.died(self.folder, "", error.death, self.limit)) from None
+            raise Stopped(complaints.died(self.folder, "", error.death)) from None
         except Told as error:
             raise Stopped(complaints.sentence(error.key, **error.values)) from None
         except (BindError, MachineError) as error:
