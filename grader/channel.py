@@ -259,7 +259,8 @@ class Channel:
                 word = report[1] or f"runtime error: {report[2]}"
         code = max(code, 0) if cause is Cause.EXIT else 0
         place = _place(self._library, page, text)
-        return Death(cause, word, code, case, place.location, text, place.function)
+        seconds = self._limits.cpu
+        return Death(cause, word, code, case, place.location, text, place.function, seconds)
 
 
 def _place(library: str, page: bytes, text: str) -> Place:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from grader import reproducer
+from grader import deaths, reproducer
 from grader.manifest import Check, Exercise, Manifest
 from grader.records import CheckResult, ExerciseResult, Finding, Outcome
 from grader.texts import Texts
@@ -158,15 +158,6 @@ def _waits_for(finding: Finding, wrong: frozenset[str], rules: Manifest) -> froz
     return frozenset() if _is_beside(finding) else rules.needed(check) & wrong
 
 
-def _place(finding: Finding, texts: Texts) -> str:
-    """Return where the code was when it died, as the end of a sentence; "" when not known."""
-    function = finding.verdict.values.get("function") if finding.verdict else ""
-    if not finding.location:
-        return ""
-    key = "death.place_in" if function else "death.place"
-    return texts.say(key, location=finding.location, function=function)
-
-
 def _judge(
     finding: Finding, rules: Manifest, outcomes: Mapping[str, Outcome], telling: _Telling
 ) -> CheckResult:
@@ -175,10 +166,7 @@ def _judge(
     exercise = rules.exercise(check.exercise)
     outcome, message = finding.outcome, ""
     if finding.verdict is not None:
-        values = {"place": _place(finding, texts), **finding.verdict.values}
-        if values.get("call") == "":
-            values["call"] = texts.say("death.loading")
-        message = texts.say(finding.verdict.key, **values)
+        message = deaths.told(finding.verdict, finding.location, texts)
     if outcome is Outcome.PASSED and outcomes.get(check.twin, outcome) is not Outcome.PASSED:
         # A refusal is worth something only from a function that does the other thing as well.
         twin = outcomes[check.twin]

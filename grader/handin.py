@@ -188,8 +188,8 @@ def _compiles(submission: Submission, folder: Path, texts: Texts) -> Iterator[st
     yield from notes.notes(submission, [result], True, texts)
     if result.status is BuildStatus.BUILT and not (result.rejected or result.linker):
         yield texts.say("submit.compiles")
-    for name, error in _errors(result):
-        yield texts.say("submit.not_compiled", name=name, error=error)
+    for name, words in _errors(result):
+        yield texts.say("submit.not_compiled", name=name, error=words)
 
 
 def _errors(result: BuildResult) -> Iterator[tuple[str, str]]:

@@ -8,30 +8,28 @@ from __future__ import annotations
 import contextlib
 import io
 import os
-import re
 import time
 from collections.abc import Generator
 from pathlib import Path
 
 import pytest
 
-from grader import course
+from grader import course, deaths
 from grader.diagnosis import named
 from grader.expected import FOLDER, ExpectedError
 from grader.grading import conclude
-from grader.judge import UNIT_LIMITS, Fatal, Student, Wrong
+from grader.judge import Fatal, Student, Wrong
 from grader.manifest import PACKAGE, Manifest
 from grader.process import Died, Missing
 from grader.records import Cause, Death, Evidence, Finding, Outcome, Verdict
 from grader.retrial import retried
-from grader.texts import Texts, sentences
+from grader.texts import Texts
 from grader.workshop import NotBuilt, Workshop
 
 CHECKS = PACKAGE / "checks"
 MAX_OUTPUT = 1000  # characters of what a check's code printed that go into the report
 _PRINTING = (Outcome.FAILED, Outcome.TIMEOUT, Outcome.CRASHED)
 _STUDENT = pytest.StashKey[Student]()
-_UNDEFINED = re.compile(r"undefined symbol: (\w+)")
 
 
 class SelectionError(Exception):
@@ -106,7 +104,10 @@ class GraderPlugin:
 
     @pytest.hookimpl(wrapper=True)
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> Generator[None]:
-        """Keep what is asked for, and the twins without which it could earn nothing."""
+        """Keep what is asked for, and the twins without which it could earn nothing.
+
+        Pictures come last: what loops is known by then.
+        """
         everything = list(items)
         yield
         checks = self._rules.checks()
@@ -114,7 +115,9 @@ class GraderPlugin:
         wanted |= {checks[each].twin for each in wanted}
         items[:] = [
             item
-            for item in everything
+            for item in sorted(
+                everything, key=lambda each: _check_id(each).split(".")[1] == "scene"
+            )
             if _check_id(item) in wanted
             and self._is_asked(self._rules.exercise(checks[_check_id(item)].exercise).tp)
         ]
@@ -127,7 +130,8 @@ class GraderPlugin:
     def student(self, request: pytest.FixtureRequest) -> Student:
         """Return the submission under judgement, for one check."""
         check = self._rules.checks()[_check_id(request.node)]
-        student = self._workshop.student(self._rules.exercise(check.exercise).file, self._folder)
+        exercise = self._rules.exercise(check.exercise)
+        student = self._workshop.student(exercise.file, self._folder, exercise.functions)
         request.node.stash[_STUDENT] = student
         return student
 
@@ -218,19 +222,5 @@ def _outcome(error: BaseException | None) -> tuple[Outcome, Verdict | None, str]
 
 
 def _death(death: Death, call: str) -> tuple[Outcome, Verdict, str]:
-    values: dict[str, object] = {"call": call, "location": death.location, "code": death.code}
-    values["function"] = death.function
-    values |= {"seconds": f"{UNIT_LIMITS.cpu:g}", "detail": death.text.strip()[:300]}
-    # A variable is looked for when the code is loaded, a function when it is called.
-    if death.cause in (Cause.LOAD, Cause.EXIT) and (symbol := _UNDEFINED.search(death.text)):
-        return Outcome.CRASHED, Verdict("death.missing_symbol", {"name": symbol[1]}), ""
-    if death.cause is not Cause.SIGNAL:
-        outcome = Outcome.TIMEOUT if death.cause is Cause.TIMEOUT else Outcome.CRASHED
-        return outcome, Verdict(f"death.{death.cause.value}", values), death.location
-    key = f"death.{death.word}"
-    if death.word.startswith("runtime error: "):
-        key = "death.runtime"
-    elif key not in sentences("fr"):
-        key = "death.other"
-    values["word"] = death.word.removeprefix("runtime error: ")
-    return Outcome.CRASHED, Verdict(key, values), death.location
+    outcome = Outcome.TIMEOUT if death.cause is Cause.TIMEOUT else Outcome.CRASHED
+    return outcome, deaths.verdict(death, call), death.location

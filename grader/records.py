@@ -163,6 +163,7 @@ class Death:
     location: str = ""
     text: str = ""
     function: str = ""  # in which it was, when that is known
+    seconds: float = field(default=0.0, compare=False)  # of CPU that it was allowed
 
 
 @dataclass(frozen=True)

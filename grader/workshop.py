@@ -138,25 +138,26 @@ class Workshop:
         """Why files of the submission are not judged, by their names."""
         return {name: why for each in self.builds for name, why in self._why(each).items()}
 
-    def student(self, file: str, folder: Path) -> Student:
-        """Return the submission for one check of a function of `file`. Raises NotBuilt.
+    def student(self, file: str, folder: Path, own: Collection[str] = ()) -> Student:
+        """Return the submission for one check of functions of `file`. Raises NotBuilt.
 
-        `folder` holds the expected data.
+        `folder` holds the expected data; `own` are the functions that the check is about.
         """
         first = self._first.result().result
         if first.status is not BuildStatus.BUILT:
             raise NotBuilt(Verdict("failure.not_linked"))
         if file in (why := self._why(first)):
             raise NotBuilt(why[file])
-        return Student(self._kit, folder)
+        return Student(self._kit, folder, own)
 
     @contextlib.contextmanager
-    def mixed(self, names: Collection[str], folder: Path) -> Iterator[Callable[[], Student]]:
+    def mixed(self, names: Collection[str], folder: Path) -> Iterator[Callable[..., Student]]:
         """Lend the submission with these functions of the reference in the place of its own.
 
         It has workers of its own: no code of the submission ever runs beside a library that holds
         the reference's version of what it is judged by. What is yielded makes a Student for a
-        check, whose sessions raise BuildError when the library cannot be made.
+        check, from the functions that the check is about; its sessions raise BuildError when the
+        library cannot be made.
         """
         with Builder(substitute.reference(), self._folder, self._builder.compiler) as builder:
 
@@ -171,7 +172,7 @@ class Workshop:
             sized = {size: mix(each.result) for size, each in self._sized.items()}
             kit = _Kit(sized, mix(self._plain.result), mix(lambda: self._counted.result()))
             with contextlib.closing(kit):
-                yield lambda: Student(kit, folder)
+                yield lambda own=(): Student(kit, folder, own)
 
     @cached_property
     def _counted(self) -> Future[Built]:
