@@ -4,7 +4,7 @@
 # Paths here are relative, and values travel by the environment, so that this works from any folder.
 
 .DEFAULT_GOAL := help
-.PHONY: help grade mrt try figures expected skeleton format lint test bench doctor wheelhouse print-flags clean
+.PHONY: help grade mrt try lab submit update release batch purge notebooks figures expected calibrate skeleton format lint test bench doctor wheelhouse print-flags clean
 
 SUBMISSION ?= core_c
 SRC ?= core_c
@@ -18,9 +18,6 @@ export PYTEST_DISABLE_PLUGIN_AUTOLOAD := 1
 ifneq ($(origin CC),default)
 export CC
 endif
-
-# The C that is laid out alike; the submissions of the tests are as wild as they are.
-C_FILES = core_c/*.[ch] reference/*.[ch] grader/*.c grader/isolation/*.c grader/dev/bench/*.c grader/tests/program/*.c
 
 # Sets $python in a recipe: $(call PYTHON_OF,LEVEL), a level of grader/requirements/.
 PYTHON_OF = python=$$(sh grader/environment.sh $(1))
@@ -43,15 +40,45 @@ try: ## compile et lance vos propres tests, core_c/my_tests.c | builds and runs 
 doctor: ## ce que cette machine sait faire, et comment compléter | what this machine has, and how to get the rest
 	@$(call PYTHON_OF,python) && "$$python" -m grader.doctor
 
+submit: ## prépare l'archive à rendre : FORCE=1, OUT=dossier | makes the archive to hand in: FORCE=1, OUT=folder
+	@$(call PYTHON_OF,grade) && "$$python" -m grader submit --source "$$SUBMISSION" --build "$$BUILD" \
+	    $${OUT:+--out "$$OUT"} $${FORCE:+--force}
+
+update: ## remplace le sujet par une version plus récente, pas vos fichiers : ARCHIVE=nom.zip | a newer workbook around your files: ARCHIVE=name.zip
+	@$(call PYTHON_OF,python) && "$$python" -m grader.update $${FORCE:+--force} $${ARCHIVE:+"$$ARCHIVE"}
+
+release: ## l'archive à distribuer, sans la solution : OUT=nom.zip | the archive to hand out, without the solution: OUT=name.zip
+	@$(call PYTHON_OF,grade) && "$$python" -m grader release --out "$${OUT:-$$BUILD/miniraytracer.zip}"
+
+batch: ## évalue une classe : SUBMISSIONS=, OUT=, JOBS=2, NAMES=1, AGAIN=1 | grades a class: SUBMISSIONS=, OUT=, JOBS=2, NAMES=1, AGAIN=1
+	@$(call PYTHON_OF,grade) && "$$python" -m grader batch $${SUBMISSIONS:+"$$SUBMISSIONS"} $${OUT:+--out "$$OUT"} \
+	    $${JOBS:+--jobs "$$JOBS"} $${SCHEDULER:+--scheduler "$$SCHEDULER"} $${ISOLATION:+--isolation "$$ISOLATION"} \
+	    $${AGAIN:+--again} $${NAMES:+--names} $${GALLERY:+--gallery} $${WORKSHEET:+--worksheet "$$WORKSHEET"} \
+	    $${HINT:+--hint "$$HINT"} $${EXPECTED:+--expected "$$EXPECTED"}
+
+purge: ## efface les résultats d'une classe : OUT=dossier | erases the results of a class: OUT=folder
+	@$(call PYTHON_OF,grade) && "$$python" -m grader purge $${OUT:+"$$OUT"}
+
+lab: ## ouvre les carnets : TP=2, MRT_LANG=en | opens the notebooks: TP=2
+	@$(call PYTHON_OF,lab) && "$$python" -m grader.lab $${TP:+--tp "$$TP"}
+
+notebooks: ## refait les carnets depuis leurs textes : PICTURES=1 redessine leurs images | makes the notebooks from their texts: PICTURES=1 draws their images again
+	@$(call PYTHON_OF,lab) && "$$python" -m grader.dev.notebooks $${PICTURES:+--pictures}
+
 figures: ## les figures du sujet, dans build/figures/ | the handout's figures, in build/figures/
 	@$(call PYTHON_OF,lab) && "$$python" -m grader.dev.figures --build "$$BUILD"
 
 expected: ## refait les données attendues : SEED=7 OUT=dossier | makes the expected data again: SEED=7 OUT=folder
 	@$(call PYTHON_OF,grade) && "$$python" -m grader.dev.expected $${SEED:+--seed "$$SEED"} $${OUT:+--out "$$OUT"}
 
+calibrate: ## règle les limites des images sur des programmes justes | sets the limits of pictures by right programs
+	@$(call PYTHON_OF,grade) && "$$python" -m grader.dev.pictures
+
 skeleton: ## refait les fichiers à compléter depuis reference/ | makes the files to complete from reference/
 	@$(call PYTHON_OF,grade) && "$$python" -m grader.dev.skeleton && "$$python" -m grader.dev.originals
 
+# The C that is laid out alike; the submissions of the tests are as wild as they are.
+C_FILES = core_c/*.[ch] notebooks/first_steps/*.c reference/*.[ch] grader/*.c grader/isolation/*.c grader/dev/bench/*.c grader/dev/pictures/*.c grader/tests/program/*.c
 format: ## met le C et le Python en forme | lays out the C and the Python
 	@$(call PYTHON_OF,dev) && "$$python" -m ruff check --no-cache --fix-only . && "$$python" -m ruff format --no-cache . && \
 	    "$${python%/*}/clang-format" -i $(C_FILES)
@@ -65,7 +92,7 @@ lint: ## relit le C et le Python | checks the C and the Python
 
 test: lint ## tous les tests du projet | every test of the project
 	@$(call PYTHON_OF,dev) && set -x && "$$python" -m grader.dev.skeleton --check && "$$python" -m grader.dev.originals --check && \
-	    "$$python" -m pytest
+	    "$$python" -m grader.dev.notebooks --check && "$$python" -m pytest
 
 bench: ## les mesures de performance | the benchmarks
 	@$(call PYTHON_OF,grade) && "$$python" -m grader.dev.bench --build "$$BUILD"

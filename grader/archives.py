@@ -1,4 +1,4 @@
-"""The C files inside a folder, a .zip or a .tar.gz, whatever else has been put there.
+"""The C files and AUTEURS.txt of a folder, a .zip or a .tar.gz, whatever else has been put there.
 
 Nothing is ever unpacked: entries are listed within bounds, and only C files of a sane size are
 read, into memory. What is unsafe is left out one entry at a time, with the reason.
@@ -31,6 +31,7 @@ MAX_DIRECTORY_BYTES = 5_000_000  # the list of a .zip, read whole
 
 CODE = (".c", ".h")
 CXX_CODE = (".cpp", ".cc", ".cxx", ".hpp")
+AUTHORS = "auteurs.txt"  # in small letters
 # Made by tools and systems: never a student's sources.
 _IGNORED = ("__MACOSX", "__pycache__", "node_modules", "build")
 # What the libraries raise, in one version of Python or another, at bytes that make no sense.
@@ -47,7 +48,7 @@ class SubmissionError(Told):
 
 @dataclass(frozen=True)
 class Entry:
-    """A C file, or something unsafe; `problem` is a key of [refused] in messages/, or ""."""
+    """A C file, AUTEURS.txt, or something unsafe; `problem` is a key of [refused], or ""."""
 
     path: PurePosixPath
     modified: float = 0.0  # seconds since the epoch
@@ -99,20 +100,29 @@ def _folder(top: Path) -> Iterator[Entry]:
     for folder, folders, files in os.walk(top):
         place = PurePosixPath(os.path.relpath(folder, top))
         deep = len(place.parts) >= MAX_DEPTH
-        folders[:] = [] if deep else sorted(each for each in folders if not _is_ignored(each))
+        folders[:] = [] if deep else sorted(each for each in folders if not is_ignored(each))
         for name in sorted(files):
             seen += 1
             if seen > MAX_ENTRIES:
                 yield Entry(place, problem="many")
                 return
-            if PurePosixPath(name).suffix in (*CODE, *CXX_CODE) and not name.startswith("."):
+            if _is_listed(PurePosixPath(name)) and not name.startswith("."):
                 path = Path(folder, name)
                 content, problem = read_file(path)
                 with suppress(OSError):
                     yield Entry(place / name, path.lstat().st_mtime, content, problem)
 
 
-def _is_ignored(folder: str) -> bool:
+def _is_read(path: PurePosixPath) -> bool:
+    return path.suffix in CODE or path.name.lower() == AUTHORS
+
+
+def _is_listed(path: PurePosixPath) -> bool:
+    return path.suffix in CXX_CODE or _is_read(path)
+
+
+def is_ignored(folder: str) -> bool:
+    """Say whether a folder is made by tools and systems, by its name."""
     return folder.startswith(".") or folder in _IGNORED
 
 
@@ -123,11 +133,11 @@ def _archive(path: Path) -> Iterator[Entry]:
             if number >= MAX_ENTRIES:
                 yield Entry(entry.path, problem="many")
                 return
-            if any(_is_ignored(part) for part in entry.path.parts if part != ".."):
+            if any(is_ignored(part) for part in entry.path.parts if part != ".."):
                 continue
             if entry.path in seen:
                 yield Entry(entry.path, problem="twice")
-            elif entry.problem or entry.path.suffix in (*CODE, *CXX_CODE):
+            elif entry.problem or _is_listed(entry.path):
                 seen.add(entry.path)
                 yield entry
     except _DAMAGE as error:
@@ -165,8 +175,8 @@ def _zip(path: Path) -> Iterator[Entry]:
             problem = "link" if kind == stat.S_IFLNK else ""
             problem = "special" if kind not in (0, stat.S_IFREG, stat.S_IFLNK) else problem
             problem = "locked" if each.flag_bits & 1 else problem
-            entry = _named(each.filename, _zip_time(each), problem)
-            if entry.problem or entry.path.suffix not in CODE:
+            entry = _named(each.filename, zip_time(each), problem)
+            if entry.problem or not _is_read(entry.path):
                 yield entry
                 continue
             content, problem = _zip_content(archive, each)
@@ -182,7 +192,8 @@ def _zip_content(archive: zipfile.ZipFile, each: zipfile.ZipInfo) -> tuple[bytes
         return b"", "damaged"
 
 
-def _zip_time(each: zipfile.ZipInfo) -> float:
+def zip_time(each: zipfile.ZipInfo) -> float:
+    """Return when an entry was last written, in seconds since the epoch; 0 when it is no date."""
     try:
         return time.mktime((*each.date_time, 0, 0, -1))
     except (OverflowError, ValueError):
@@ -210,7 +221,7 @@ def _members(archive: tarfile.TarFile) -> Iterator[Entry]:
             continue
         problem = "" if each.isreg() else "link" if each.issym() or each.islnk() else "special"
         entry = _named(each.name, each.mtime, problem)
-        if entry.problem or entry.path.suffix not in CODE:
+        if entry.problem or not _is_read(entry.path):
             yield entry
             continue
         file = archive.extractfile(each)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import importlib.util
 import sys
-import time
 import traceback
 from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
@@ -12,11 +12,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from grader import course, expected, junit, manifest, notes, report, terminal
+from grader import expected, history, junit, manifest, page, report, terminal
 from grader.bind import BindError
 from grader.build import BuildError
+from grader.evaluation import report_of
 from grader.expected import ExpectedError
-from grader.grading import conclude
 from grader.intake import SubmissionError, read_submission
 from grader.isolation.levels import Isolation, IsolationError, Level, current, using
 from grader.judge import sizes_for
@@ -25,10 +25,19 @@ from grader.plugin import PytestError, SelectionError, run_checks
 from grader.process import MachineError
 from grader.records import Finding, Report, Told
 from grader.texts import LANGUAGES, Texts, preferred
+from grader.usage import Parser
 from grader.workshop import Workshop
 
 GRADED, BELOW, WRONG_USE, FAILED, INTERRUPTED = 0, 1, 2, 3, 130
 HINT_LEVELS = (1, 2, 3)
+# Commands with a module of their own, loaded when asked for; release is not in a student's copy.
+OTHERS = {
+    "batch": ("grader.batch.command", "batch.description"),
+    "purge": ("grader.batch.purge", "purge.description"),
+    "release": ("grader.dev.release", "release.description"),
+    "submit": ("grader.handin", "submit.description"),
+    "update": ("grader.update", "update.description"),
+}
 
 
 class UsageError(Told):
@@ -43,6 +52,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     words = list(sys.argv[1:] if arguments is None else arguments)
     try:
         texts = Texts(_language(words))
+        if words and words[0] in OTHERS:
+            return _other(words, texts)
         options = _parser(texts).parse_args(words)
         return _told(options, texts)
     except ManifestError as error:
@@ -52,6 +63,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except Exception:  # a fault of the grader is never a verdict on the submission
         traceback.print_exc()
         return FAILED
+
+
+def _other(words: Sequence[str], texts: Texts) -> int:
+    """Run a command that has a module of its own; return its exit code."""
+    name, _ = OTHERS[words[0]]
+    if importlib.util.find_spec(name.rpartition(".")[0]) is None:
+        return _complain(texts.say("usage.not_here", command=words[0]), WRONG_USE)
+    code: int = importlib.import_module(name).main(words[1:])
+    return code
 
 
 def _told(options: argparse.Namespace, texts: Texts) -> int:
@@ -81,7 +101,8 @@ def _grade(options: argparse.Namespace, texts: Texts) -> int:
         Workshop(submission, sizes_for(options.tp), options.build / "cache") as workshop,
     ):
         findings = _findings(workshop, rules, options)
-        judged = _report(workshop, rules, findings, options, texts)
+        partial = options.tp is not None or bool(options.keyword)
+        judged = report_of(workshop, rules, findings, texts, options.hint, partial)
         content = report.as_json(replace(judged, isolation=isolation.level.value), texts)
     folder = options.build / "grade" / ("partial" if content["partial"] else "")
     path = _write(folder, content, judged)
@@ -92,15 +113,17 @@ def _grade(options: argparse.Namespace, texts: Texts) -> int:
 
 
 def _write(folder: Path, content: dict[str, Any], judged: Report) -> Path:
-    """Write the results; return the path of results.json."""
+    """Write the results; return the path of the page."""
     path = folder / "results.json"
     try:
+        history.update(folder, content)
         report.write_images(folder, judged.checks)
         report.write(path, content)
         report.write_text(folder / "junit.xml", junit.as_xml(content))
+        report.write_text(folder / page.NAME, page.render(content, folder))
     except OSError as error:
         raise BuildError("machine.cannot_write", path=path, error=error.strerror) from error
-    return path
+    return folder / page.NAME
 
 
 def _isolation(asked: str | None) -> AbstractContextManager[Isolation]:
@@ -125,34 +148,6 @@ def _findings(workshop: Workshop, rules: Manifest, options: argparse.Namespace) 
         raise UsageError(key, keyword=options.keyword, names=", ".join(names)) from error
 
 
-def _report(
-    workshop: Workshop,
-    rules: Manifest,
-    findings: Sequence[Finding],
-    options: argparse.Namespace,
-    texts: Texts,
-) -> Report:
-    rejected = {
-        name: texts.say(verdict.key, **verdict.values)
-        for name, verdict in workshop.rejected.items()
-    }
-    checks, exercises = conclude(findings, rules, texts, hint=options.hint, rejected=rejected)
-    judged = {each.tp for each in rules.exercises if each.checks}
-    return Report(
-        submission=workshop.submission,
-        language=texts.language,
-        builds=tuple(workshop.builds),
-        checks=tuple(checks),
-        exercises=tuple(exercises),
-        graded_at=time.time(),
-        notes=tuple(notes.notes(workshop.submission, workshop.builds, workshop.sanitized, texts)),
-        rejected=rejected,
-        opened=course.load().opened,
-        unjudged=tuple(sorted(set(rules.tps) - judged)),
-        partial=options.tp is not None or bool(options.keyword),
-    )
-
-
 def _language(words: Sequence[str]) -> str:
     """Return the language of the help itself: what --lang asks for, before all else is read."""
     early = argparse.ArgumentParser(add_help=False)
@@ -160,11 +155,14 @@ def _language(words: Sequence[str]) -> str:
     return preferred(early.parse_known_args(words)[0].lang)
 
 
-def _parser(texts: Texts) -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="python -m grader")
-    commands = parser.add_subparsers(dest="command", required=True)
+def _parser(texts: Texts) -> Parser:
+    parser = Parser(texts=texts, prog="python -m grader")
+    names = texts.say("usage.command")
+    commands = parser.add_subparsers(dest="command", required=True, metavar=names)
     description = texts.say("usage.description")
-    grade = commands.add_parser("grade", help=description, description=description)
+    grade = commands.add_parser("grade", texts=texts, help=description, description=description)
+    for name, (_, key) in OTHERS.items():
+        commands.add_parser(name, texts=texts, help=texts.say(key))
 
     def add(*names: str, key: str, **settings: Any) -> None:
         grade.add_argument(*names, help=texts.say(key), **settings)

@@ -47,6 +47,7 @@ def read_submission(path: Path, *, look_around: bool = False) -> Submission:
     in_place = path.is_dir() and (path / place).resolve() == manifest.CORE.resolve()
     given = {name: own[name].content for name in rules.given if name in own}
     taken, refused, converted = _sorted_out(own.values())
+    authors = [each.content for each in [*own.values(), *found] if _is_authors(each)]
     refused += [Refusal(_shown(each), each.problem) for each in found if _is_unsafe(each, place)]
     sources = [_source(own[name], path) for name in rules.student if name in taken]
     return Submission(
@@ -59,6 +60,7 @@ def read_submission(path: Path, *, look_around: bool = False) -> Submission:
         converted=tuple(converted),
         nearby=tuple(_nearby(path / place, taken)) if look_around and path.is_dir() else (),
         in_place=in_place,
+        authors=authors[0] if authors else b"",
     )
 
 
@@ -91,7 +93,7 @@ def _sorted_out(
     converted: list[str] = []
     for each in own:
         name = each.path.name
-        if name in (*rules.given, *rules.ungraded, SHIM):
+        if name in (*rules.given, *rules.ungraded, SHIM) or _is_authors(each):
             continue
         content, problem = _as_text(each.content)
         problem = each.problem or _wrong_name(name) or problem
@@ -102,6 +104,10 @@ def _sorted_out(
         if content != each.content:
             converted.append(name)
     return taken, refused, converted
+
+
+def _is_authors(entry: Entry) -> bool:
+    return entry.path.name.lower() == archives.AUTHORS
 
 
 def _wrong_name(name: str) -> str:

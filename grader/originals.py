@@ -2,8 +2,9 @@
 
 A student works in `core_c/`, where the given files lie beside their own: once edited there, the
 original is gone. The package therefore keeps a copy of what was handed out in one archive, made by
-`python -m grader.dev.originals`. Where `reference/` is (not in a student's copy), `core_c/` is the
-source of that archive, and is what others are judged with.
+`python -m grader.dev.originals`. Where the solution is (not in a student's copy, whose `reference/`
+holds expected data only), `core_c/` is the source of that archive, and is what others are judged
+with.
 """
 
 from __future__ import annotations
@@ -36,7 +37,12 @@ def read(in_place: bool) -> Mapping[str, bytes]:
 
     Raises OriginalsError.
     """
-    return _from_pack(PACK) if in_place or not REFERENCE.is_dir() else from_core()
+    return _from_pack(PACK) if in_place or not has_solution() else from_core()
+
+
+def has_solution() -> bool:
+    """Whether the solution lies beside the grader: never in a student's copy."""
+    return all((REFERENCE / name).is_file() for name in manifest.load().student)
 
 
 def from_core() -> dict[str, bytes]:

@@ -54,7 +54,21 @@ def retried(
             for check in due:
                 second = again(check.id, lend(rules.exercise(check.exercise).functions))
                 found[check.id] = _settled(found, check, second, rules)
-    return [found[each.check] for each in findings]
+    return _blamed([found[each.check] for each in findings], rules)
+
+
+def _blamed(findings: Sequence[Finding], rules: Manifest) -> list[Finding]:
+    """Return the findings; those that passed among the reference's functions say through what.
+
+    Only now is it known which of the exercises that they need are wrong in the end.
+    """
+    wrong = at_fault(findings, rules)
+
+    def guilty(finding: Finding) -> tuple[str, ...]:
+        needed = rules.needed(rules.checks()[finding.check])
+        return tuple(sorted(needed & wrong or finding.through))
+
+    return [replace(each, through=guilty(each)) if each.through else each for each in findings]
 
 
 def _replaced(check: Check, found: Mapping[str, Finding], rules: Manifest) -> frozenset[str]:
@@ -82,7 +96,7 @@ def _settled(
     first = found[check.id]
     guilty = rules.needed(check) & at_fault(found.values(), rules)
     if second.outcome is Outcome.PASSED:
-        return replace(second, through=tuple(sorted(guilty or check.needs)), output="")
+        return replace(second, through=tuple(sorted(check.needs)), output="")
     own = set(rules.exercise(check.exercise).functions)
     shared = any(own & set(rules.exercise(each).functions) for each in guilty)
     if check.exercise in second.todo:

@@ -9,6 +9,7 @@ from typing import Any
 from grader import course
 from grader.course import LANGUAGES
 from grader.manifest import PACKAGE, ManifestError, read_toml
+from grader.records import Verdict
 
 __all__ = ["LANGUAGES", "Texts", "preferred", "sentences"]
 
@@ -26,18 +27,34 @@ class Texts:
     def say(self, key: str, **values: object) -> str:
         """Return the sentence of a key such as "submission.no_folder", with its values.
 
-        Raises KeyError for an unknown key: a test holds keys and sentences together.
+        A value may be a Verdict: words of the language too. Raises KeyError for an unknown key: a
+        test holds keys and sentences together.
         """
-        return self._sentences[key].format_map(values)
+        return self._sentences[key].format_map({k: self._word(v) for k, v in values.items()})
 
     def get(self, key: str, default: str = "") -> str:
         """Return the sentence of a key that may have none."""
         return self._sentences.get(key, default)
 
+    def _word(self, value: object) -> object:
+        return self.say(value.key, **value.values) if isinstance(value, Verdict) else value
+
     def number(self, value: float) -> str:
         """Return a number as it is written in the language, with as few decimals as it needs."""
         text = f"{value:g}"
         return text.replace(".", ",") if self.language == "fr" else text
+
+    def age(self, seconds: int, date: str) -> str:
+        """Return how long ago a file was written; its date when that is long ago, or to come."""
+        for key, unit, below in (
+            ("age.now", 1, 60),
+            ("age.minutes", 60, 3600),
+            ("age.hours", 3600, 2 * 86400),
+            ("age.days", 86400, 30 * 86400),
+        ):
+            if 0 <= seconds < below:
+                return self.say(key, count=seconds // unit)
+        return self.say("age.date", date=date)
 
 
 def preferred(asked: str = "") -> str:

@@ -6,6 +6,7 @@ import ast
 import inspect
 import re
 import string
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -59,6 +60,35 @@ def test_markers_decide_between_to_do_and_wrong(
     assert judged(finding(INSIDE, outcome, *todo))[INSIDE][0] == expected
 
 
+PLANE, NEAREST = "tp2.intersect_plane.meets", "tp2.intersect_scene.nearest"
+
+
+def test_what_may_be_anothers_fault_waits_for_it() -> None:
+    """A scene with a wrong plane is not judged; by itself, or with the right plane, it is wrong."""
+    nearest = finding(NEAREST, Outcome.FAILED)
+    right, wrong = finding(PLANE, Outcome.PASSED), finding(PLANE, Outcome.CRASHED)
+    assert judged(nearest)[NEAREST] == ("failed", 0)
+    assert judged(nearest, right)[NEAREST] == ("failed", 0)
+    assert judged(nearest, wrong)[NEAREST] == ("blocked", 0)
+    assert judged(replace(nearest, alone=True), wrong)[NEAREST] == ("failed", 0)
+    (_, told), _ = conclude([wrong, nearest], RULES, TEXTS)
+    assert told.note == "À revoir après TP2.3 : l'erreur peut venir de là."
+
+
+def test_what_is_not_written_waits_for_nothing() -> None:
+    """Another's marker first, and its own in another check: it is to do."""
+    own = finding("tp2.intersect_scene.meets", Outcome.FAILED, "TP2.5")
+    assert judged(own, finding(NEAREST, Outcome.FAILED, "TP2.3"))[NEAREST] == ("todo", 0)
+
+
+def test_points_earned_among_the_references_functions_are_told() -> None:
+    """All the points, and whose mistake it was."""
+    passed = replace(finding(NEAREST, Outcome.PASSED), through=("TP2.3", "TP2.4"))
+    ((told,), _) = conclude([passed], RULES, TEXTS)
+    assert told.points == told.max_points
+    assert told.note == "Points acquis : votre fonction est juste, l'erreur vient de TP2.3, TP2.4."
+
+
 def test_an_exercise_is_as_good_as_its_worst_check() -> None:
     """Its points are the sum, its outcome the worst; exercises without findings are not there."""
     findings = [finding(INSIDE, Outcome.PASSED), finding("tp1.fill_rect.clipped", Outcome.TIMEOUT)]
@@ -106,6 +136,18 @@ def test_a_broken_manifest_is_named(tmp_path: Path, text: str, words: str) -> No
     path.write_text(text, encoding="utf-8")
     with pytest.raises(ManifestError, match=rf"exercises\.toml.*{words}"):
         load(path)
+
+
+def test_a_check_needs_exercises_that_there_are(tmp_path: Path) -> None:
+    """What it judges besides is among what it needs; both are checked."""
+    text = manifest.MANIFEST.read_text(encoding="utf-8")
+    path = tmp_path / "exercises.toml"
+    for old, new in (('needs = ["TP2.5"]', 'needs = ["TP9.9"]'), ('["TP3.2"] }', '["TP9.9"] }')):
+        assert old in text
+        path.write_text(text.replace(old, new), encoding="utf-8")
+        load.cache_clear()
+        with pytest.raises(ManifestError, match=r"TP9\.9"):
+            load(path)
 
 
 def test_a_manifest_with_an_unknown_twin_is_refused(tmp_path: Path) -> None:
@@ -158,18 +200,29 @@ def test_both_languages_say_the_same_things() -> None:
         assert placeholders(text) == placeholders(english[key]), key
 
 
+FILES = (".c", ".css", ".h", ".html", ".js", ".json", ".png", ".py", ".so", ".toml", ".txt", ".zip")
+
+
 def test_every_sentence_is_asked_for_somewhere() -> None:
     """No sentence without use, no use without sentence, as far as literal keys go."""
-    code = "".join(path.read_text(encoding="utf-8") for path in manifest.PACKAGE.glob("*.py"))
-    checks = (manifest.PACKAGE / "checks").glob("*.py")
-    code += "".join(path.read_text(encoding="utf-8") for path in checks)
-    sections = "failure|note|report|submission|machine|usage|death|age|build|refused"
+    paths = [*manifest.PACKAGE.rglob("*.py"), *manifest.PACKAGE.rglob("*.html")]
+    own = [path for path in paths if "tests" not in path.relative_to(manifest.PACKAGE).parts]
+    code = "".join(path.read_text(encoding="utf-8") for path in own)
+    known = {key.split(".")[0] for key in sentences("en")}
+    sections = "|".join(name for name in known if name.isalpha())  # tp1.name may be a prediction's
     asked = set(re.findall(rf'["\']((?:{sections})\.[a-zA-Z_]+)["\']', code))
+    # Keys that are completed when running end in a mark; a file's name is no key.
+    asked = {key for key in asked if not key.endswith((".", "_", *FILES))}
     assert asked <= set(sentences("en"))
     words = re.findall(r'"([a-z]+)"', code)
     asked |= {f"refused.{word}" for word in words} & set(sentences("en"))
-    sections = "death|outcome|question|hint|isolation|canary"
-    built = re.compile(rf"({sections})\.|failure\.(missed|touched|wrong)_pixel")
+    # These are completed when running, or have a part of their key before them (grader/lab).
+    sections = r"death|outcome|question|hint|isolation|canary|mistake|history|lab|plot|tp\d"
+    sections += "|thing|part|feature|heading|why|class"
+    built = re.compile(
+        rf"({sections})\.|failure\.(missed|touched|wrong)_pixel|page\.(alt|role)_"
+        r"|picture\.(channels|shifted|all|lit|missing|recolored)_"
+    )
     unused = {key for key in sentences("en") if key not in asked and not built.match(key)}
     assert unused == set()
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import re
 import shutil
-import stat
 import sys
 import tempfile
 from collections.abc import Iterator
@@ -14,14 +13,9 @@ from pathlib import Path
 import pytest
 
 from grader import doctor
-from grader.tests.shell import ROOT, run, script
+from grader.tests.shell import ROOT, reachable, run, script
 
 TARGETS = re.findall(r"^([a-z]+):.*## ", (ROOT / "Makefile").read_text(encoding="utf-8"), re.M)
-
-
-def reachable(path: Path) -> bool:
-    """Tell whether every user can walk to a file and use it."""
-    return all(p.stat().st_mode & stat.S_IXOTH for p in (path.resolve(), *path.resolve().parents))
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,112 @@
+"""index.html: the class on one page that needs nothing else, for any browser.
+
+Without `names` it can be shown in a lecture: pseudonyms, and no link to a student's page.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+from jinja2 import ChoiceLoader, FileSystemLoader
+from markupsafe import Markup
+
+from grader import page
+from grader.batch import grades, statistics
+from grader.batch.desk import STUDENTS
+from grader.batch.records import Graded, Mark
+from grader.course import Course
+from grader.texts import Texts
+
+NAME = "index.html"
+PICTURES = ("drawing", "final")
+TEMPLATES = Path(__file__).parent / "templates"
+
+
+def render(
+    marks: Sequence[Mark],
+    graded: Mapping[str, Graded],
+    course: Course,
+    names: bool,
+    texts: Texts,
+    folder: Path,
+) -> str:
+    """Return the page of a class; `folder` holds those of the students, with their pictures."""
+    made = page.environment(texts)
+    made.loader = ChoiceLoader([FileSystemLoader(TEMPLATES), FileSystemLoader(page.TEMPLATES)])
+    style = Markup(_text(page.TEMPLATES / "style.css") + _text(TEMPLATES / "class.css"))
+    script = Markup(_text(TEMPLATES / "class.js"))
+    made.globals |= {"style": style, "script": script, "policy": _policy(style, script)}
+    rows = _rows(marks, graded, names, texts)
+    return made.get_template("class.html").render(
+        numbers=statistics.of(marks, graded, course.marks.scale, texts.language),
+        scale=course.marks.scale,
+        failures=[each for each in rows if each["error"]],
+        waiting=[each for each in rows if each["mark"] is None and not each["error"]],
+        rows=rows,
+        names=names,
+        pictures=_pictures(rows, folder),
+        mistake=lambda name: texts.get(f"mistake.{name}.title", name),
+    )
+
+
+def _rows(
+    marks: Sequence[Mark], graded: Mapping[str, Graded], names: bool, texts: Texts
+) -> list[dict[str, Any]]:
+    """Return a line for each person; when pseudonymous, in an order that tells nothing."""
+    hidden = grades.pseudonyms(marks)
+    rows = []
+    for each in marks:
+        name = each.member.submission
+        known = graded.get(name)
+        results = known.results if known and known.results else None
+        outcomes = [outcome for outcome, _, _ in results["exercises"].values()] if results else []
+        link = f"{STUDENTS}/{quote(name)}/{page.NAME}" if names and results else ""
+        rows.append(
+            {
+                "name": each.member.name if names else hidden.get(name, "-"),
+                "folder": name,
+                "link": link,
+                "mark": each.value,
+                "tps": {row["tp"]: row for row in results["tps"]} if results else {},
+                "bad": {key: outcomes.count(key) for key in ("crashed", "timeout")},
+                # Sentences may name a person.
+                "why": grades.sentence(each, texts) if names else [],
+                "seconds": known.seconds if known and results else None,
+                "error": each.error,
+            }
+        )
+    return rows if names else sorted(rows, key=lambda row: str(row["name"]))
+
+
+def _pictures(rows: Sequence[Mapping[str, Any]], folder: Path) -> list[dict[str, str]]:
+    """Return the pictures of the gallery, each submission's once."""
+    found: dict[str, dict[str, str]] = {}
+    for row in rows:
+        for name in PICTURES if row["folder"] else ():
+            uri = page.data_uri(folder / row["folder"], f"gallery/{name}.png")
+            if uri:
+                key = f"{row['folder']}/{name}"
+                found.setdefault(key, {"uri": uri, "kind": name, "name": row["name"]})
+    return list(found.values())
+
+
+def _text(path: Path) -> str:
+    return path.read_text(encoding="utf-8")
+
+
+def _policy(style: str, script: str) -> str:
+    """Return the page's Content-Security-Policy: our own style and script, nothing else at all."""
+
+    def hashed(text: str) -> str:
+        digest = hashlib.sha256(text.encode()).digest()
+        return f"'sha256-{base64.b64encode(digest).decode()}'"
+
+    return (
+        f"default-src 'none'; img-src data:; style-src {hashed(style)}; "
+        f"script-src {hashed(script)}; base-uri 'none'; form-action 'none'"
+    )

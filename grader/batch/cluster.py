@@ -1,0 +1,59 @@
+"""The same work on a Dask cluster that is there already: `--scheduler tcp://host:8786`.
+
+Its workers need this project at the same version in their PYTHONPATH, and one thread each. One that
+dies is replaced by another, a few times; what then fails is the machine's fault.
+"""
+
+from __future__ import annotations
+
+import importlib
+import itertools
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+from grader.batch.bundle import grade
+from grader.batch.records import BatchError, Bundle, Task
+
+CONNECT_SECONDS = 20
+TRIES = 2
+AHEAD = 2  # tasks sent for each worker: the next one is there when it has done one
+
+
+def run(tasks: Iterable[Task], address: str) -> Iterator[Bundle]:
+    """Grade on the cluster; yield each bundle when it is known. Raises BatchError."""
+    try:
+        distributed: Any = importlib.import_module("distributed")
+    except ImportError as error:
+        raise BatchError("batch.no_dask") from error
+    try:
+        client = distributed.Client(address, timeout=CONNECT_SECONDS)
+    except (OSError, TimeoutError, ValueError) as error:
+        raise BatchError("batch.no_scheduler", address=address, error=error) from error
+    with client:
+        yield from _all(client, distributed, iter(tasks))
+
+
+def _all(client: Any, distributed: Any, tasks: Iterator[Task]) -> Iterator[Bundle]:
+    turns: dict[Any, tuple[Task, int]] = {}
+    done = distributed.as_completed()
+
+    def send(task: Task, turn: int) -> None:
+        # pure=False: the same bytes are graded again when asked for again.
+        future = client.submit(grade, task, pure=False, retries=TRIES)
+        turns[future] = task, turn
+        done.add(future)
+
+    room = AHEAD * max(1, len(client.scheduler_info()["workers"]))
+    for task in itertools.islice(tasks, room):
+        send(task, 1)
+    for future in done:
+        task, turn = turns.pop(future)
+        error = future.exception()
+        bundle = Bundle(task.name, failure=f"{type(error).__name__}") if error else future.result()
+        future.release()
+        if (bundle.failure or bundle.incomplete) and turn < TRIES:
+            send(task, turn + 1)
+            continue
+        for following in itertools.islice(tasks, 1):
+            send(following, 1)
+        yield bundle

@@ -1,0 +1,171 @@
+"""`python -m grader batch DIR --out DIR`: a class graded, and what is given back.
+
+The same command goes on where another was stopped; what is unchanged is not graded again.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from rich.console import Console
+
+from grader import course
+from grader.batch import cluster, crew, outputs
+from grader.batch.desk import Desk, Known
+from grader.batch.finding import discover
+from grader.batch.progress import Meter
+from grader.batch.reading import Reading, read_candidate, task_of
+from grader.batch.records import BatchError, Bundle, Graded, Settings, Task
+from grader.course import Course
+from grader.isolation.canary import CanaryError, prove
+from grader.isolation.levels import IsolationError, Level, using
+from grader.manifest import ManifestError
+from grader.records import Told
+from grader.texts import LANGUAGES, Texts, preferred
+from grader.usage import Parser
+
+DONE, WRONG_USE, FAILED, INTERRUPTED = 0, 2, 3, 130
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Run the command; return 0, 2 for a wrong use, 3 when a submission could not be graded."""
+    early = argparse.ArgumentParser(add_help=False)
+    early.add_argument("--lang", default="")
+    texts = Texts(preferred(early.parse_known_args(arguments)[0].lang))
+    options = _parser(texts).parse_args(arguments)
+    try:
+        return _batch(options, texts)
+    except BatchError as error:
+        wrong_use = error.key in ("batch.no_submissions", "batch.not_moodle", "batch.not_ours")
+        return _complain(texts.say(error.key, **error.values), WRONG_USE if wrong_use else FAILED)
+    except IsolationError as error:
+        sentence = f"{error.sentence(texts)} {texts.say('batch.need_strong')}"
+        return _complain(sentence, FAILED)
+    except Told as error:
+        return _complain(texts.say(error.key, **error.values), FAILED)
+    except (ManifestError, CanaryError) as error:
+        return _complain(str(error), FAILED)
+    except KeyboardInterrupt:
+        return _complain(texts.say("batch.interrupted", out=options.out), INTERRUPTED)
+
+
+def _batch(options: argparse.Namespace, texts: Texts) -> int:
+    rules = _course(options.path)
+    if not options.path.exists():
+        raise BatchError("batch.no_submissions", path=options.path)
+    if not options.scheduler:
+        _prove(Level(options.isolation), texts)
+    settings = Settings(
+        texts.language,
+        options.isolation,
+        options.hint,
+        str(options.expected.absolute()) if options.expected else "",
+        options.gallery,
+    )
+    with Desk(options.out) as desk:
+        with desk.writing(desk.out):
+            candidates = discover(options.path.absolute(), desk.work / "unpacked", desk.out)
+        readings = [read_candidate(each, settings) for each in candidates]
+        graded = _grade(readings, desk, options, settings, texts)
+        asked = outputs.Asked(options.path, rules, options.worksheet, options.names)
+        told = outputs.write_all(desk, readings, graded, asked, texts)
+    sys.stdout.write("".join(f"{line}\n" for line in told.lines))
+    return FAILED if told.failed else DONE
+
+
+def _course(path: Path) -> Course:
+    """Return the settings, those beside the submissions first. Raises ManifestError."""
+    own = outputs.beside(path) / course.COURSE.name
+    rules = course.load()
+    return course.beside(rules, own) if own.is_file() else rules
+
+
+def _prove(level: Level, texts: Texts) -> None:
+    """Try what must be refused. Raises IsolationError, CanaryError, BatchError."""
+    with using(level):
+        proof = prove()
+    if not proof.holds:
+        acts = " ".join(texts.say(f"canary.{act}") for act in proof.permitted)
+        raise BatchError("batch.not_proved", level=level.value, acts=acts)
+
+
+def _grade(
+    readings: Sequence[Reading],
+    desk: Desk,
+    options: argparse.Namespace,
+    settings: Settings,
+    texts: Texts,
+) -> dict[str, Graded]:
+    """Grade what is not known yet; return what is known of each candidate, by its name."""
+    found = {each.candidate.name: Graded(each.candidate) for each in readings}
+    todo: dict[str, Reading] = {}
+    for each in readings:
+        if not each.parts:
+            continue
+        name = each.candidate.name
+        known = desk.known(name)
+        if known and known.fresh and known.parts == each.parts and not options.again:
+            found[name] = _graded(each, known)
+        else:
+            todo[name] = each
+    with Meter(texts, len(todo), Console(file=sys.stderr)) as meter:
+        tasks = (task_of(each.candidate, settings) for each in todo.values())
+        for bundle in _bundles(tasks, desk, options):
+            reading = todo[bundle.name]
+            if bundle.failure:
+                own = Graded(reading.candidate, failure=bundle.failure, parts=reading.parts)
+            else:
+                own = _graded(reading, desk.save(bundle, reading.parts))
+            found[bundle.name] = own
+            meter.step(bool(bundle.failure) or bundle.incomplete)
+    return found
+
+
+def _graded(reading: Reading, known: Known) -> Graded:
+    return Graded(reading.candidate, known.summary, "", known.parts, known.seconds, known.cpu)
+
+
+def _bundles(tasks: Iterator[Task], desk: Desk, options: argparse.Namespace) -> Iterator[Bundle]:
+    if options.scheduler:
+        return cluster.run(tasks, options.scheduler)
+    return crew.run(tasks, options.jobs, desk.work)
+
+
+def _parser(texts: Texts) -> Parser:
+    parser = Parser(
+        texts=texts, prog="python -m grader batch", description=texts.say("batch.description")
+    )
+
+    def add(*names: str, key: str, **settings: object) -> None:
+        parser.add_argument(*names, help=texts.say(key), **settings)  # type: ignore[arg-type]
+
+    add("path", key="batch.path", type=Path, metavar="DIR")
+    add("--out", key="batch.out", type=Path, required=True, metavar="DIR")
+    add("--jobs", key="batch.jobs", type=_jobs, default=os.cpu_count() or 1, metavar="N")
+    add("--scheduler", key="batch.scheduler", default="", metavar="ADDRESS")
+    levels = [each.value for each in Level]
+    add("--isolation", key="batch.isolation", choices=levels, default=Level.STRONG.value)
+    add("--again", key="batch.again", action="store_true")
+    add("--names", key="batch.names", action="store_true")
+    add("--gallery", key="batch.gallery", action="store_true")
+    add("--worksheet", key="batch.worksheet", type=Path, metavar="CSV")
+    add("--hint", key="usage.hint", type=int, choices=(1, 2, 3), default=1)
+    add("--lang", key="usage.language", choices=LANGUAGES)
+    add("--expected", key="usage.expected", type=Path, metavar="DIR")
+    return parser
+
+
+def _jobs(text: str) -> int:
+    number = int(text)
+    if not 0 < number <= 256:
+        raise ValueError(text)
+    return number
+
+
+def _complain(sentence: str, code: int) -> int:
+    sys.stderr.write(f"{sentence}\n")
+    return code

@@ -1,0 +1,166 @@
+"""What a batch gives back, from what is known of each submission: reads JSON only."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from grader.batch import classpage, grades, manual, moodle
+from grader.batch.desk import STUDENTS, Desk
+from grader.batch.marks import mark, verify_people
+from grader.batch.members import members
+from grader.batch.moodle import Worksheet
+from grader.batch.reading import Reading
+from grader.batch.records import BatchError, Graded, Mark, Member
+from grader.course import Course
+from grader.files import write_whole
+from grader.records import Verdict
+from grader.report import write, write_text
+from grader.texts import Texts
+
+MOST_LINES = 30  # of one kind, in the terminal
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What the command line and the settings ask for."""
+
+    path: Path
+    course: Course
+    worksheet: Path | None
+    names: bool
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What to tell at the terminal."""
+
+    lines: list[str]
+    failed: bool
+
+
+def beside(path: Path) -> Path:
+    """Return the folder of what stands beside the submissions: manual.csv, course.toml."""
+    return path if path.is_dir() else path.parent
+
+
+def write_all(
+    desk: Desk,
+    readings: Sequence[Reading],
+    graded: Mapping[str, Graded],
+    asked: Asked,
+    texts: Texts,
+) -> Summary:
+    """Write everything; return what to tell. Raises BatchError."""
+    worksheet = _worksheet(asked)
+    people = members([each.handed for each in readings], worksheet.enrolled if worksheet else ())
+    verify_people(asked.course, people)
+    hands = manual.read(beside(asked.path) / manual.NAME, people, asked.course.marks.scale)
+    handed = worksheet.handed if worksheet else {}
+    senders = {each.name: each.number for each in (reading.candidate for reading in readings)}
+    marks = []
+    for person in people:
+        # Who has handed in nothing alone was handed in with the one who did.
+        moment = handed.get(person.moodle) or handed.get(senders.get(person.submission, ""))
+        own = graded.get(person.submission)
+        marks.append(mark(person, own, hands.get(person), moment, asked.course))
+    before = grades.read_kept(desk.out)
+    now = grades.kept(marks, graded, repr(asked.course))
+    changed = grades.changes(before, now, texts)
+    with desk.writing(desk.out):
+        write_whole(desk.out / grades.GRADES, grades.grades(marks, graded, texts))
+        if changed:
+            write_whole(desk.out / grades.CHANGES, grades.changes_table(changed, texts))
+        told = _moodle(desk, worksheet, marks, graded) if worksheet else []
+        page = classpage.render(
+            marks, graded, asked.course, asked.names, texts, desk.out / STUDENTS
+        )
+        write_text(desk.out / classpage.NAME, page)
+        desk.forget_others(set(graded))
+        write(desk.out / grades.MARKS, now)  # last: the next run compares with a whole one
+    failed = any(each.error for each in marks)
+    return Summary([*_told(desk, marks, changed, told, texts)], failed)
+
+
+def _worksheet(asked: Asked) -> Worksheet | None:
+    """Return the grading worksheet: the one that is named, or the only one beside."""
+    if asked.worksheet:
+        return moodle.read(asked.worksheet)
+    found = [each for each in sorted(beside(asked.path).glob("*.csv")) if each.name != manual.NAME]
+    found = [each for each in found if moodle.is_worksheet(each)]
+    if len(found) > 1:
+        listed = ", ".join(each.name for each in found)
+        raise BatchError("batch.worksheets", names=listed)
+    return moodle.read(found[0]) if found else None
+
+
+def _moodle(
+    desk: Desk, worksheet: Worksheet, marks: Sequence[Mark], graded: Mapping[str, Graded]
+) -> list[Verdict]:
+    """Write the worksheet and the feedback files; return what Moodle will pass over."""
+    content, told = moodle.filled(worksheet, marks)
+    folder = desk.out / "moodle"
+    write_whole(folder / worksheet.path.name, content)
+    pages = {}
+    for each in marks:
+        known = graded.get(each.member.submission)
+        if each.member.moodle and known and known.results and not each.member.doubled:
+            name = moodle.folder_name(each.member.name, each.member.moodle)
+            pages[name] = desk.folder(each.member.submission)
+    moodle.write_feedback(folder / "feedback.zip", pages)
+    known_numbers = {each.moodle for each in worksheet.enrolled}
+    lost = [each.member for each in marks if each.member.moodle not in known_numbers]
+    return [*told, *(_not_listed(each) for each in lost)]
+
+
+def _not_listed(member: Member) -> Verdict:
+    return Verdict("batch.not_listed", {"name": member.name})
+
+
+def _told(
+    desk: Desk,
+    marks: Sequence[Mark],
+    changed: Sequence[Sequence[str]],
+    told: Sequence[Verdict],
+    texts: Texts,
+) -> list[str]:
+    """Return the lines of the terminal: the errors, the remarks, the changes, then the files."""
+    failures = [each for each in marks if each.error]
+    remarks = [each for each in marks if each.why and not each.error]
+    lines = _some(
+        [f"{each.member.name} : {' '.join(grades.sentence(each, texts))}" for each in remarks],
+        texts.say("batch.remarks"),
+        texts,
+    )
+    lines += _some(
+        [f"{name} : {before} -> {now} ({why})" for name, before, now, why in changed],
+        texts.say("batch.changes"),
+        texts,
+    )
+    lines += _some(
+        [texts.say(each.key, **each.values) for each in told], texts.say("batch.moodle"), texts
+    )
+    lines += _some(
+        [f"{each.member.name} : {' '.join(grades.sentence(each, texts))}" for each in failures],
+        texts.say("batch.errors"),
+        texts,
+    )
+    count = sum(each.value is not None for each in marks)
+    path = desk.out / classpage.NAME
+    lines.append(texts.say("batch.done", marks=count, people=len(marks), path=path))
+    return lines
+
+
+def _some(lines: Sequence[str], title: str, texts: Texts) -> list[str]:
+    if not lines:
+        return []
+    found = [title, *(f"  {_printable(each)}" for each in lines[:MOST_LINES])]
+    if len(lines) > MOST_LINES:
+        found.append(f"  {texts.say('batch.more', count=len(lines) - MOST_LINES)}")
+    return found
+
+
+def _printable(line: str) -> str:
+    """Return a line that a terminal shows and does not obey."""
+    return "".join(each if each.isprintable() else "?" for each in " ".join(line.split()))

@@ -1,0 +1,120 @@
+"""Records of the batch: frozen, without any input or output."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from grader.records import Told, Verdict
+
+
+class BatchError(Told):
+    """The batch cannot begin, or go on: a sentence of [batch] in messages/."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One submission as it was found: where to read it, and what its place says of its author.
+
+    `number` is Moodle's number of the participant, "" elsewhere. `problem` says why there is
+    nothing to grade; `remarks` are what to know all the same.
+    """
+
+    name: str  # unique in the batch, and safe as the name of a folder
+    label: str  # as a person would say it: the student's name, or that of the folder
+    path: Path
+    number: str = ""
+    problem: Verdict | None = None
+    remarks: tuple[Verdict, ...] = ()
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What grading depends on beside the submission; the same for the whole batch."""
+
+    language: str
+    isolation: str
+    hint: int = 1
+    expected: str = ""  # the folder of expected data; "" for the project's own
+    gallery: bool = False  # whether pictures are drawn for the class page
+
+
+@dataclass(frozen=True)
+class Task:
+    """A submission to grade. It can be sent to another process or machine."""
+
+    name: str
+    label: str
+    files: Mapping[str, bytes]
+    submission: Mapping[str, Any]  # the other fields of the submission's record
+    settings: Settings
+
+
+@dataclass(frozen=True)
+class Bundle:
+    """What grading gave: the files of the student's folder, by name; and the seconds it took.
+
+    `failure` is the grader's or the machine's fault: there are no files then.
+    """
+
+    name: str
+    files: Mapping[str, bytes] = field(default_factory=dict)
+    seconds: float = 0.0
+    cpu: float = 0.0
+    memory: int = 0  # the worker's peak, in bytes
+    failure: str = ""
+    incomplete: bool = False  # a check could not be made: of no value as a mark
+
+
+@dataclass(frozen=True, eq=False)
+class Member:
+    """One person of the class, as one line of grades.csv; two of the same name are two."""
+
+    name: str
+    number: str = ""  # the student's
+    moodle: str = ""  # Moodle's number of the participant
+    submission: str = ""  # the name of the candidate; "" when there is none
+    remarks: tuple[Verdict, ...] = ()
+    doubled: bool = False  # named by submissions that differ: no mark is guessed
+    team: str = ""
+
+
+@dataclass(frozen=True)
+class Hand:
+    """What manual.csv says of one person or submission, in units of the scale."""
+
+    line: int
+    rubric: Mapping[str, float]  # points to add, by column
+    comment: str = ""
+    override: float | None = None
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class Mark:
+    """One person's mark; `value` is None when there is none, and `why` says why."""
+
+    member: Member
+    value: float | None
+    points: float = 0.0
+    bonus: float = 0.0
+    rubric: float = 0.0
+    late_days: int = 0
+    penalty: float = 0.0
+    comment: str = ""
+    why: tuple[Verdict, ...] = ()
+    error: bool = False  # the grader's or the machine's fault
+
+
+@dataclass(frozen=True)
+class Graded:
+    """A candidate and what is known of it at the end of a run."""
+
+    candidate: Candidate
+    results: Mapping[str, Any] | None = None  # the content of results.json
+    failure: str = ""
+    parts: Mapping[str, str] = field(default_factory=dict)  # what the result depends on, hashed
+    seconds: float = 0.0
+    cpu: float = 0.0

@@ -1,0 +1,45 @@
+"""A process that grades submissions, one after the other: `python -m grader.batch.worker FD DIR`.
+
+Tasks come and bundles go by the connection of that descriptor. It ends with the process that
+started it, and leaves no process of a submission behind.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import threading
+import time
+from multiprocessing.connection import Connection
+from pathlib import Path
+
+from grader.batch.bundle import Place, grade
+from grader.isolation import orphans
+
+LOOK_SECONDS = 0.5
+
+
+def main() -> int:
+    """Grade until there is nothing more; return the exit code."""
+    connection: Connection = Connection(int(sys.argv[1]))
+    place = Place(Path(sys.argv[2]))
+    threading.Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()
+    orphans.guard()
+    while True:
+        try:
+            task = connection.recv()
+        except EOFError:
+            return 0
+        bundle = grade(task, place)
+        orphans.sweep()
+        connection.send(bundle)
+
+
+def _end_with(parent: int) -> None:
+    while os.getppid() == parent:
+        time.sleep(LOOK_SECONDS)
+    os._exit(1)  # sandboxes die with this process
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,154 @@
+"""Workers, local or on a cluster: one that dies is replaced, and what fails twice is no mark."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from grader.batch import bundle, cluster, crew
+from grader.batch.bundle import Place
+from grader.batch.records import BatchError, Settings, Task
+from grader.manifest import ROOT
+
+AROUND = {"missing": (), "refused": (), "sources": (), "changed": (), "converted": ()}
+START_SECONDS = 60
+
+
+def tasks(count: int, isolation: str = "portable") -> Iterator[Task]:
+    """Yield submissions whose files cannot be linked: quick to grade, at nothing."""
+    for number in range(count):
+        files = {"main.c": b"int x = ;\n", "raytracer.c": b"#error\n", "octree.c": b"#error\n"}
+        yield Task(f"S{number}", "S", files, AROUND, Settings("fr", isolation))
+
+
+def test_a_worker_that_is_killed_is_replaced(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its submission is graded by another; no process is left at the end."""
+    started: list[int] = []
+    start = crew._start
+
+    def starting(folder: Path) -> crew._Worker:
+        worker = start(folder)
+        started.append(worker.process.pid)
+        if len(started) == 1:
+            os.kill(worker.process.pid, signal.SIGKILL)
+        return worker
+
+    monkeypatch.setattr(crew, "_start", starting)
+    done = list(crew.run(tasks(2), 1, tmp_path))
+    assert {each.name: each.failure for each in done} == {"S0": "", "S1": ""}
+    assert all("results.json" in each.files for each in done)
+    assert len(started) == 2
+    assert not any(Path(f"/proc/{pid}").exists() for pid in started)
+
+
+def test_what_kills_every_worker_is_a_failure(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """After two tries it is told, and the others go on."""
+    monkeypatch.setattr(sys, "executable", "/bin/false")
+    done = list(crew.run(tasks(2), 2, tmp_path))
+    assert {each.name: each.failure for each in done} == dict.fromkeys(
+        ("S0", "S1"), "the worker ended before it had answered"
+    )
+
+
+def test_a_fault_of_the_grader_is_a_failure(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whatever is raised: never a mark, never the end of the batch; and nothing stays behind."""
+    (task,) = tasks(1)
+    monkeypatch.setattr(Place, "warm", lambda self: (self.folder / "left").touch())
+
+    def broken(*_: object) -> None:
+        raise RuntimeError("a bug")
+
+    monkeypatch.setattr(bundle, "run_checks", broken)
+    graded = bundle.grade(task, Place(tmp_path))
+    assert (graded.failure, dict(graded.files)) == ("RuntimeError: a bug", {})
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_full_disk_is_no_mistake_of_the_student(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The compiler fails then on right code: nothing is judged."""
+    (task,) = tasks(1)
+    monkeypatch.setattr(bundle, "LEAST_BYTES", 1 << 62)
+    graded = bundle.grade(task, Place(tmp_path))
+    assert "No space left on device" in graded.failure
+    assert dict(graded.files) == {}
+
+
+# ---- Dask ---------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def scheduler() -> Iterator[str]:
+    """Start a real scheduler; return its address."""
+    pytest.importorskip("distributed")
+    command = [sys.executable, "-m", "distributed.cli.dask_scheduler"]
+    process = subprocess.Popen(
+        [*command, "--port", "0", "--no-dashboard", "--host", "127.0.0.1"],
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stderr is not None
+    address = next(
+        found[0] for line in process.stderr if (found := re.search(r"tcp://127\.0\.0\.1:\d+", line))
+    )
+    yield address
+    process.terminate()
+    process.stderr.close()
+    process.wait(START_SECONDS)
+
+
+def worker(address: str) -> subprocess.Popen[bytes]:
+    """Start a real worker, as the instructors' page says."""
+    command = [sys.executable, "-m", "distributed.cli.dask_worker", address]
+    options = ["--nthreads", "1", "--no-dashboard", "--no-nanny"]
+    return subprocess.Popen(
+        [*command, *options],
+        cwd=ROOT,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        stderr=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+    )
+
+
+@pytest.mark.filterwarnings("ignore")  # distributed's own, on shutdown
+def test_a_dask_worker_that_dies_is_replaced_by_another(scheduler: str) -> None:
+    """All of the submissions come back, each once; as from the local workers."""
+    workers = [worker(scheduler), worker(scheduler)]
+    try:
+        names = []
+        for graded in cluster.run(tasks(5), scheduler):
+            assert (graded.failure, "results.json" in graded.files) == ("", True)
+            names.append(graded.name)
+            if len(names) == 1:
+                workers[0].kill()
+        assert sorted(names) == [f"S{number}" for number in range(5)]
+    finally:
+        for each in workers:
+            each.kill()
+            each.wait(START_SECONDS)
+
+
+def test_a_scheduler_that_is_not_there_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One sentence with its address; and one where the package is missing."""
+    monkeypatch.setattr(cluster, "CONNECT_SECONDS", 1)
+    with pytest.raises(BatchError) as caught:
+        list(cluster.run(tasks(1), "tcp://127.0.0.1:1"))
+    assert caught.value.key == "batch.no_scheduler"
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(BatchError) as caught:
+        list(cluster.run(tasks(1), "tcp://127.0.0.1:1"))
+    assert caught.value.key == "batch.no_dask"

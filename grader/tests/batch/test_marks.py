@@ -1,0 +1,247 @@
+"""From points to marks: the scale, lateness, manual.csv, and the files that are given back."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from grader import course
+from grader.batch import grades, manual, marks, sheets
+from grader.batch.records import BatchError, Candidate, Graded, Hand, Mark, Member
+from grader.course import Course, Late, Marks, People
+from grader.manifest import ManifestError
+from grader.records import Verdict
+from grader.texts import Texts
+
+RULES = Course("fr", "c", (1, 2), count_closed=False)
+ADA = Member("Ada Lovelace", "21900001", "1", "ada")
+BOB = Member("Bob Noël", "21900002", "2", "bob")
+
+
+def results(one: float, two: float, bonus: float = 0.0, incomplete: bool = False) -> dict[str, Any]:
+    """Return a summary with these points in TP1 (of 15) and TP2 (of 30)."""
+    tps = [
+        {"tp": 1, "score": one, "max_score": 15.0},
+        {"tp": 2, "score": two, "max_score": 30.0},
+    ]
+    exercises = {"TP1.1": ["passed", one, 15.0], "TP2.1": ["failed", two, 30.0]}
+    return {"tps": tps, "bonus": bonus, "incomplete": incomplete, "exercises": exercises}
+
+
+def graded(summary: dict[str, Any] | None, **changes: Any) -> Graded:
+    """Return Ada's submission with that result."""
+    return Graded(Candidate("ada", "ada", Path("ada")), summary, **changes)
+
+
+def value(
+    summary: dict[str, Any] | None,
+    rules: Course = RULES,
+    hand: Hand | None = None,
+    handed: datetime | None = None,
+) -> float | None:
+    """Return Ada's mark."""
+    return marks.mark(ADA, graded(summary), hand, handed, rules).value
+
+
+@pytest.mark.parametrize(
+    ("settings", "expected"),
+    [
+        ({}, 11.0),  # 24.8 of 45, of 20: 11.02
+        ({"step": 0.0}, 11.02),
+        ({"step": 0.5}, 11.0),
+        ({"scale": 10.0, "step": 0.0}, 5.51),
+        ({"weights": {1: 1.0, 2: 1.0}, "step": 0.0}, 8.43),
+        ({"weights": {2: 0.0}, "step": 0.0}, 0.67),
+    ],
+)
+def test_points_become_a_mark(settings: dict[str, Any], expected: float) -> None:
+    """By the weights of the TPs, on the scale, to the nearest step."""
+    assert value(results(0.5, 24.3), replace(RULES, marks=Marks(**settings))) == expected
+
+
+def test_a_half_goes_up_and_the_bonus_is_capped() -> None:
+    """2.125 of steps of 0.25 is 2.25; the bonus adds 2 at most, and nothing exceeds the scale."""
+    assert value(results(15 * 0.31875, 30 * 0.31875)) == 6.5
+    assert value(results(7.5, 15, bonus=20)) == 12.0
+    assert value(results(15, 30, bonus=20)) == 20.0
+
+
+def test_lateness_is_a_persons_own() -> None:
+    """Each day begun after the grace costs; an extension moves one person's deadline."""
+    due = datetime(2026, 3, 2, 23, 59)
+    rules = replace(
+        RULES,
+        deadlines={1: datetime(2026, 1, 1), 2: due},
+        late=Late(per_day=1, most=3, grace_minutes=10, zero_after_days=5),
+        people=People(extensions={"lovelace ADA": datetime(2026, 3, 4, 23, 59)}),
+    )
+    moments = [
+        datetime(2026, 3, 5, 0, 8),
+        datetime(2026, 3, 5, 0, 10),
+        datetime(2026, 3, 8),
+        datetime(2026, 3, 30),
+    ]
+    assert [value(results(15, 30), rules, handed=each) for each in moments] == [20, 19, 17, 0]
+    late = marks.mark(BOB, graded(results(15, 30)), None, moments[0], rules)
+    assert (late.value, late.late_days) == (18.0, 2)
+
+
+def test_what_is_no_mark_is_none_and_says_why() -> None:
+    """A fault of the grader is no zero; nothing is chosen; an excuse; an absence."""
+
+    def told(member: Member, known: Graded | None, rules: Course = RULES) -> tuple[Any, list[str]]:
+        mark = marks.mark(member, known, None, None, rules)
+        return mark.value, [each.key for each in mark.why]
+
+    assert told(ADA, graded(None, failure="x")) == (None, ["batch.failed"])
+    assert told(ADA, graded(results(15, 30, incomplete=True))) == (None, ["batch.failed"])
+    assert told(replace(ADA, doubled=True), graded(results(15, 30))) == (None, [])
+    excused = replace(RULES, people=People(excused=("21900001",), absent=0.0))
+    assert told(ADA, None, excused) == (None, ["batch.excused"])
+    assert told(BOB, None, excused) == (0.0, [])
+    assert told(BOB, None) == (None, [])
+    broken = Candidate("bob", "bob", Path("bob"), problem=Verdict("batch.nothing"))
+    assert told(BOB, Graded(broken)) == (None, ["batch.nothing"])
+
+
+def test_an_override_wins_and_the_rubric_adds() -> None:
+    """Over everything else, with its reason; a rubric's points count like the others."""
+    override = Hand(2, {}, override=14.1, reason="oral")
+    mark = marks.mark(ADA, graded(None, failure="x"), override, None, RULES)
+    assert (mark.value, mark.error) == (14.0, False)
+    assert mark.why == (Verdict("batch.overridden", {"reason": "oral"}),)
+    assert value(results(7.5, 15), hand=Hand(2, {"dessin": 1.5, "style": -0.5})) == 11.0
+
+
+# ---- course.toml --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("[marks]\nscale = 0", "course.toml, line 2: scale must be above 0"),
+        ('[marks]\nstep = "x"', "line 2: step must be a number from 0 on"),
+        ("[marks]\n\nsteps = 1", "line 3: steps is unknown here; known: scale"),
+        ("[marks]\nweights = { TP9 = 1 }", "line 2: weights TP9 is no TP; there are TP1"),
+        ("[late]\nper_day = -1", "line 2: per_day must be a number from 0 on"),
+        ("[deadlines]\nTP1 = 3", "line 2: TP1 must be a date and time such as 2026-03-02T23:59:00"),
+        ("[deadlines]\nTP7 = 2026-03-02T23:59:00", "line 2: TP7 TP7 is no TP"),
+        ("[people]\nexcused = [1]", 'line 2: excused must be a list such as ["21905678"'),
+        ('[people]\nabsent = "0"', "line 2: absent must be a mark such as 0"),
+        ("[people.extensions]\nada = 1", "line 1: extensions must be a date and time"),
+        ("\nopened = [1]", "line 2: opened belongs in grader/course.toml; move it there"),
+        ("[nothing]", "nothing is unknown here"),
+        ("marks = 1", "line 1: marks must be a table: write [marks]"),
+    ],
+)
+def test_a_wrong_setting_names_its_line_and_the_cure(tmp_path: Path, text: str, said: str) -> None:
+    """As a person can mend it without a manual."""
+    path = tmp_path / "course.toml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(ManifestError) as caught:
+        course.beside(RULES, path)
+    assert said in str(caught.value)
+
+
+def test_settings_beside_the_submissions_replace_tables(tmp_path: Path) -> None:
+    """Those that are there; a date with an offset is turned into local time."""
+    path = tmp_path / "course.toml"
+    path.write_text(
+        "[people]\nabsent = 0\n[deadlines]\nTP2 = 2026-03-02T23:59:00Z\n"
+        "[people.extensions]\n21900001 = 2026-03-09T12:00:00\n",
+        encoding="utf-8",
+    )
+    given = course.beside(RULES, path)
+    assert given.people == People((), {"21900001": datetime(2026, 3, 9, 12)}, 0.0)
+    assert given.deadline is not None
+    assert given.deadline.astimezone().timestamp() == 1772495940
+    assert given.marks == RULES.marks
+
+
+def test_a_setting_about_nobody_is_told() -> None:
+    """A slip of the pen in a name must not cost a mark."""
+    rules = replace(RULES, people=People(excused=("Ada Lovelaec",)))
+    with pytest.raises(BatchError, match="Lovelaec"):
+        marks.verify_people(rules, [ADA, BOB])
+
+
+# ---- manual.csv ---------------------------------------------------------------------------------
+
+
+def test_manual_marks_are_read_in_any_dialect(tmp_path: Path) -> None:
+    """By number, by name, by submission; comma or point; French or English headers."""
+    path = tmp_path / manual.NAME
+    path.write_text(
+        "\ufeffqui;dessin;commentaire;override;raison\r\n"
+        '21900001;1,5;"deux\r\nlignes";;\r\n\r\nnoel bob;;;14;oral\r\n',
+        encoding="utf-8",
+    )
+    assert manual.read(path, [ADA, BOB], 20) == {
+        ADA: Hand(2, {"dessin": 1.5}, "deux\r\nlignes"),
+        BOB: Hand(5, {}, "", 14.0, "oral"),
+    }
+    path.write_text("who,style\nada,0.5\n", encoding="utf-8")
+    partner = replace(BOB, submission="ada")
+    assert set(manual.read(path, [ADA, partner], 20)) == {ADA, partner}
+
+
+@pytest.mark.parametrize(
+    ("text", "key", "line"),
+    [
+        ("name,style\nada,1\n", "manual_header", None),
+        ("who,style\nada,1,2\n", "manual_cells", 2),
+        ("who,style\nada,x\n", "manual_number", 2),
+        ("who,style\nada,1\nAda Lovelace,2\n", "manual_twice", 3),
+        ("who,override,reason\nada,21,x\n", "manual_range", 2),
+        ("who,override,reason\nada,12,\n", "manual_reason", 2),
+        ("who,style\n\nnobody,1\n", "manual_nobody", 3),
+        ("", "not_a_table", None),
+    ],
+)
+def test_a_wrong_line_of_manual_csv_is_named(
+    tmp_path: Path, text: str, key: str, line: int | None
+) -> None:
+    """With its number and what to do, in both languages."""
+    path = tmp_path / manual.NAME
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(BatchError) as caught:
+        manual.read(path, [ADA, BOB], 20)
+    assert (caught.value.key, caught.value.values.get("line")) == (f"batch.{key}", line)
+    assert all(Texts(each).say(caught.value.key, **caught.value.values) for each in ("fr", "en"))
+
+
+# ---- grades.csv ---------------------------------------------------------------------------------
+
+
+def test_grades_hold_no_formula_and_no_control(tmp_path: Path) -> None:
+    """Whatever a student calls themselves; marks are numbers of the language."""
+    names = ['=HYPERLINK("http://x")', "+1", "-x", "@a", "a\tb\x07\nc", 'quote"d;']
+    given = [Mark(Member(each, f"0{k}"), 10.5) for k, each in enumerate(names)]
+    path = tmp_path / "grades.csv"
+    path.write_bytes(grades.grades(given, {}, Texts("fr")))
+    sheet = sheets.read(path)
+    assert (sheet.delimiter, sheet.bom, sheet.header[0], sheet.header[5]) == (
+        ";",
+        True,
+        "nom",
+        "note",
+    )
+    assert [row[0] for row in sheet.rows] == [
+        *('\'=HYPERLINK("http://x")', "'+1", "'-x", "'@a", "a b  c", 'quote"d;'),
+    ]
+    assert {row[5] for row in sheet.rows} == {"10,5"}
+
+
+def test_a_regrade_tells_old_mark_new_mark_and_why() -> None:
+    """By what the mark depends on; a mark that stays is not listed."""
+    known = {"ada": graded(results(15, 30), parts={"sources": "a", "grader": "1"})}
+    before = grades.kept([Mark(ADA, 12.0), Mark(BOB, 3.0)], known, "rules")
+    after = {"ada": graded(results(15, 30), parts={"sources": "b", "grader": "1"})}
+    now = grades.kept([Mark(ADA, 14.5, late_days=1), Mark(BOB, 3.0)], after, "rules")
+    assert grades.changes(before, now, Texts("fr")) == [
+        ["Ada Lovelace", "12", "14,5", "retard changé, fichiers différents"]
+    ]
