@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import re
 import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -23,6 +24,8 @@ from grader.records import Binding, BuildResult, BuildStatus, Function, Target, 
 from grader.toolchain import Compiler
 
 LANGUAGES = ("c", "c++")
+# What the compiler's driver says of its own parts.
+_KILLED = re.compile(r"^[\w.+/-]+: fatal error: Killed signal terminated program", re.MULTILINE)
 NM_SECONDS = 20
 COUNTING = manifest.PACKAGE / "count.c"
 COUNT = "mrt_object_tests"  # its function: the entries since it was last called
@@ -264,4 +267,7 @@ def _run(
             os.replace(part, output)
     if ran.status == OUT_OF_TIME:
         return 1, f"compiling takes more than {toolchain.COMPILE_SECONDS} s\n"
+    if ran.status < 0 or _KILLED.search(ran.errors):
+        # Its own limits end it otherwise: somebody, or a machine short of memory, has killed it.
+        raise BuildError("machine.compiler_fails", command=command[0], error="killed")
     return ran.status, ran.errors

@@ -7,10 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from grader import bind, manifest, toolchain
+from grader import bind, job, manifest, toolchain
 from grader.build import Builder, BuildError, build
 from grader.declared import declared
 from grader.intake import read_submission
+from grader.isolation.confined import Ran
 from grader.originals import OriginalsError
 from grader.records import BuildStatus, Target
 from grader.tests.student import EVERY_PIXEL
@@ -164,3 +165,16 @@ def test_graded_flags_keep_floats_the_same_everywhere() -> None:
         flags = toolchain.compile_flags(LINUX, target)
         assert "-ffp-contract=off" in flags
         assert not {"-ffast-math", "-march=native", "-Ofast"} & set(flags)
+
+
+@pytest.mark.parametrize(
+    ("status", "words"), [(-9, ""), (1, "gcc: fatal error: Killed signal terminated program cc1\n")]
+)
+def test_a_compiler_killed_from_outside_is_the_machines_fault(
+    submission: Write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, status: int, words: str
+) -> None:
+    """Nobody gets a zero because the machine was short of memory."""
+    monkeypatch.setattr(job, "run_tool", lambda *_, **__: Ran(status, "", words))
+    with pytest.raises(BuildError) as caught:
+        build(read_submission(submission()), [SMALL], tmp_path)
+    assert caught.value.key == "machine.compiler_fails"
