@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import shutil
 import socket
@@ -25,6 +26,8 @@ FLAGS = (
     *("--disable-component-update", "--disable-sync", "--no-first-run"),
 )
 SECONDS = 120  # for anything to happen, on a loaded machine
+TRIES, STARTED_SECONDS = 4, 10  # for the first cell to begin
+PROMPT = ".jp-Notebook .jp-Cell .jp-InputPrompt"
 NOTEBOOK, SOURCE = "notebooks/en/TP2.ipynb", "core_c/raytracer.c"
 CELLS = (
     "from grader.lab import Core, check, predict, slider\n\ncore = Core()\ncore.size = (160, 90)",
@@ -47,16 +50,25 @@ class Session:
 
     def run_all(self) -> None:
         """Run every cell, and wait until the last has run again."""
-        last = self.page.locator(".jp-Notebook .jp-Cell .jp-InputPrompt").last
-        before = last.inner_text()
-        self.page.click(".jp-Notebook .jp-Cell .jp-InputPrompt >> nth=0")
-        self.page.click(".lm-MenuBar-itemLabel:text-is('Run')")
-        self.page.click(".lm-Menu-itemLabel:text-is('Run All Cells')")
+        lost = pytest.importorskip("playwright.sync_api").TimeoutError
+        before = self.page.locator(PROMPT).last.inner_text()
+        for _ in range(TRIES):
+            self.page.click(f"{PROMPT} >> nth=0")
+            self.page.click(".lm-MenuBar-itemLabel:text-is('Run')")
+            self.page.click(".lm-Menu-itemLabel:text-is('Run All Cells')")
+            # A click on the menu is lost while JupyterLab is still busy with its own start.
+            with contextlib.suppress(lost):
+                self._wait_for_last("text !== old", before, STARTED_SECONDS)
+                break
+        self._wait_for_last("text !== old && /[0-9]/.test(text)", before, SECONDS)
+
+    def _wait_for_last(self, condition: str, old: str, seconds: float) -> None:
+        """Wait until the prompt of the last cell (`text`) fulfils a condition."""
         self.page.wait_for_function(
-            "(old) => { const prompts = document.querySelectorAll('.jp-Notebook .jp-InputPrompt');"
-            "const text = prompts[prompts.length - 1].innerText;"
-            "return text !== old && /[0-9]/.test(text); }",
-            arg=before,
+            f"(old) => {{ const prompts = document.querySelectorAll('{PROMPT}');"
+            f"const text = prompts[prompts.length - 1].innerText; return {condition}; }}",
+            arg=old,
+            timeout=seconds * 1000,
         )
 
     def output(self, cell: int) -> Any:

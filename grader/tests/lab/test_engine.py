@@ -84,7 +84,7 @@ def test_the_stop_button(core: Core, edit: Edit) -> None:
     core.vector_norm((0, 0, 0))  # built and started
     main = threading.main_thread().ident
     assert main is not None
-    timer = threading.Timer(0.5, signal.pthread_kill, (main, signal.SIGINT))
+    timer = threading.Timer(2.0, signal.pthread_kill, (main, signal.SIGINT))
     timer.start()
     try:
         with pytest.raises(Stopped) as caught:
