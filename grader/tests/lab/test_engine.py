@@ -84,13 +84,16 @@ def test_the_stop_button(core: Core, edit: Edit) -> None:
     core.vector_norm((0, 0, 0))  # built and started
     main = threading.main_thread().ident
     assert main is not None
-    timer = threading.Timer(2.0, signal.pthread_kill, (main, signal.SIGINT))
+    # SIGALRM stands for it: a shell's background jobs have SIGINT ignored.
+    old = signal.signal(signal.SIGALRM, signal.default_int_handler)
+    timer = threading.Timer(2.0, signal.pthread_kill, (main, signal.SIGALRM))
     timer.start()
     try:
         with pytest.raises(Stopped) as caught:
             shade(core)
     finally:
         timer.join()
+        signal.signal(signal.SIGALRM, old)
     assert caught.value.by_hand
     assert "Stopped as you asked: shade" in str(caught.value)
     assert "raytracer.c:" in str(caught.value)
