@@ -21,9 +21,9 @@ from grader.workshop import Workshop
 
 RULES = manifest.load()
 WRITTEN = [each.id for each in RULES.exercises if each.checks]
-# All of them take a minute and a half; these have every kind of dependence among them.
-SAMPLE = ["TP1.2", "TP2.4", "TP3.1", "TP5.1"]
-EACH = WRITTEN if os.environ.get("MRT_CI") else SAMPLE
+# All of them take four minutes (MRT_ALL=1); these have every kind of dependence among them.
+SAMPLE = ["TP1.2", "TP2.1", "TP2.4", "TP3.1", "TP4.1", "TP5.1"]
+EACH = WRITTEN if os.environ.get("MRT_ALL") else SAMPLE
 
 
 def earned(checks: Mapping[str, CheckResult]) -> int:
