@@ -16,6 +16,7 @@ from grader import manifest
 from grader.dev import mistakes, patches
 from grader.dev.pictures import calibrate, drift
 from grader.dev.pictures.calibrate import Source, mixtures
+from grader.dev.pictures.calibration import EDGES_MARGIN, MARGIN
 from grader.dev.pictures.make import maps, texels
 from grader.dev.pictures.readings import REFERENCE
 from grader.expected import FOLDER, ExpectedError, read_manifest
@@ -303,8 +304,8 @@ def test_every_picture_is_stored_with_its_limits() -> None:
     for picture in everything():
         rules = files[f"{picture.name}.npz"]
         assert rules["readings"][0] == "reference"
-        for row in rules["limits"].values():
-            assert row["limit"] >= 2 * row["worst"]
+        for name, row in rules["limits"].items():
+            assert row["limit"] >= (EDGES_MARGIN if name == "edges" else MARGIN) * row["worst"]
             assert row["reason"]
     values = np.random.default_rng(1).integers(0, 65535, (3, 5, 70)).astype(np.uint16)
     np.testing.assert_array_equal(stored.unpacked(stored.packed(values)), values)

@@ -252,14 +252,14 @@ def test_the_course_can_be_set_up(tmp_path: Path) -> None:
         ('language = "de"\n', "language must be one of fr, en"),
         ('language = "fr"\ndialect = "c"\nopened = [9]\n', "opened must be a list of TPs"),
         ('language = "fr"\ndialect = "c"\nopened = 1\n', "opened must be a list of TPs"),
-        ('language = "fr"\ndialect = "c"\nopened = []\ncolour = 1\n', "unknown: colour"),
+        ('language = "fr"\ndialect = "c"\nopened = []\ncolour = 1\n', "colour is unknown here"),
     ],
 )
 def test_wrong_settings_are_named(tmp_path: Path, text: str, words: str) -> None:
     """One line with the file and what is wrong with it."""
     path = tmp_path / "course.toml"
     path.write_text(text, encoding="utf-8")
-    with pytest.raises(ManifestError, match=rf"course\.toml: {words}"):
+    with pytest.raises(ManifestError, match=rf"course\.toml, line \d: {words}"):
         course.load(path)
 
 
