@@ -2,75 +2,27 @@
 
 from __future__ import annotations
 
-import os
-import shutil
-import subprocess
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
-import nbformat
 import pytest
 
-from grader.lab import __main__ as lab
-from grader.manifest import CORE, ROOT
-from grader.tests.browser import test_lab as tools
+from grader.tests.browser import jupyter
+from grader.tests.browser.chromium import screenshot
+from grader.tests.browser.jupyter import DOT, Session
 
-NOTEBOOK, SOURCE = "notebooks/en/TP2.ipynb", "core_c/raytracer.c"
 PREFIX = "/user/someone/"  # as JupyterHub gives each person
 CELL = "from grader.lab import inspect\n\ninspect(0, (160, 60))"
-WIDE, PHONE, ZOOMED = (1400, 1000), (420, 800), (700, 500)  # the last: 200 % of the first
-DOT = "float n_l = vector_dot(n, l);"
+PHONE, ZOOMED = (420, 800), (700, 500)  # the last: 200 % of the usual one
 
 
 @pytest.fixture(scope="module")
-def session(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tools.Session]:
+def session(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Session]:
     """Start JupyterLab behind the prefix, on a notebook of one cell, and a browser on it."""
-    playwright = pytest.importorskip("playwright.sync_api")
-    if not Path(tools.CHROMIUM).exists():
-        reason = f"{tools.CHROMIUM} is missing: apt install chromium"
-        pytest.fail(reason) if os.environ.get("MRT_CI") == "1" else pytest.skip(reason)
-    project, home = tmp_path_factory.mktemp("projet"), tmp_path_factory.mktemp("jupyter")
-    _write(project)
-    workspace = lab.write_workspace(home, NOTEBOOK, SOURCE)
-    lab.write_settings(home)
-    port = tools._free_port()
-    command = [*lab.command(project, workspace, True), f"--ServerApp.port={port}"]
-    command += ["--IdentityProvider.token=lab", f"--ServerApp.base_url={PREFIX}"]
-    variables = {**lab.environment(home), "BUILD": str(home / "build")}
-    variables.pop("MRT_CORE", None)
-    log = (home / "log").open("w")
-    server = subprocess.Popen(command, env=variables, cwd=project, stdout=log, stderr=log)
-    address = f"http://127.0.0.1:{port}{PREFIX}"
-    try:
-        tools._wait_for(f"{address}api?token=lab", server)
-        with playwright.sync_playwright() as started:
-            browser = started.chromium.launch(
-                executable_path=tools.CHROMIUM, args=list(tools.FLAGS)
-            )
-            page = browser.new_page(viewport=_size(WIDE))
-            page.set_default_timeout(tools.SECONDS * 1000)
-            made = tools.Session(page, project, tools._listen(page))
-            page.goto(f"{address}lab/workspaces/{workspace}?token=lab")
-            page.wait_for_selector(".jp-Notebook .jp-Cell")
-            page.wait_for_selector(".jp-Notebook-ExecutionIndicator[data-status='idle']")
-            yield made
-            browser.close()
-    finally:
-        server.terminate()
-        server.wait(tools.SECONDS)
-        log.close()
-
-
-def _write(project: Path) -> None:
-    """Make a student's folder: the reference as the work done, and the notebook."""
-    shutil.copytree(CORE, project / "core_c")
-    for path in (ROOT / "reference").glob("*.[ch]"):
-        shutil.copyfile(path, project / "core_c" / path.name)
-    book = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(CELL)])  # type: ignore[no-untyped-call]
-    book.metadata.kernelspec = {"name": "python3", "display_name": "Python 3", "language": "python"}
-    (project / NOTEBOOK).parent.mkdir(parents=True)
-    nbformat.write(book, project / NOTEBOOK)  # type: ignore[no-untyped-call]
+    project = tmp_path_factory.mktemp("projet")
+    jupyter.write(project, [CELL])
+    with jupyter.session(project, tmp_path_factory.mktemp("jupyter"), PREFIX) as made:
+        yield made
 
 
 def _size(pair: tuple[int, int]) -> dict[str, int]:
@@ -87,18 +39,12 @@ def _drawn(page: Any) -> str:
     return str(page.evaluate("() => document.querySelector('.mrt-space').toDataURL()"))
 
 
-def _screenshot(page: Any, name: str) -> None:
-    folder = os.environ.get("MRT_SCREENSHOTS")
-    if folder:
-        page.screenshot(path=f"{folder}/inspector-{name}.png")
-
-
-def test_the_inspector_at_work(session: tools.Session) -> None:
+def test_the_inspector_at_work(session: Session) -> None:
     """Click, keys, zoom, orbit, linked rows; a crash and its mending; small windows; no error."""
     page = session.page
     session.run_all()
     _wait_pixel(page, 160, 60)
-    _screenshot(page, "open")
+    screenshot(page, "inspector-open")
 
     picture = page.locator(".mrt-picture")
     picture.click(position={"x": 90.5, "y": 180 - 50 - 0.5})
@@ -121,7 +67,7 @@ def test_the_inspector_at_work(session: tools.Session) -> None:
     page.locator(".mrt-told tr[data-row='0.0']").hover()
     page.wait_for_selector(".mrt-told tr.mrt-lit[data-row='0.0']")
     assert _drawn(page) != before
-    _screenshot(page, "lit")
+    screenshot(page, "inspector-lit")
 
     _break_and_mend(session)
     for size, name in ((PHONE, "phone"), (ZOOMED, "zoomed")):
@@ -130,7 +76,7 @@ def test_the_inspector_at_work(session: tools.Session) -> None:
         wide = "(each) => each.scrollWidth <= each.clientWidth + 1"
         assert page.locator(".mrt-inspector").evaluate(wide)
         page.locator(".mrt-inspector").scroll_into_view_if_needed()
-        _screenshot(page, name)
+        screenshot(page, f"inspector-{name}")
     assert session.complaints == []
 
 
@@ -153,7 +99,7 @@ def _turn(page: Any) -> None:
     assert len(set(seen)) == len(seen)
 
 
-def _break_and_mend(session: tools.Session) -> None:
+def _break_and_mend(session: Session) -> None:
     """Make it crash: the widget tells the line; after mending, the next pixel works."""
     page = session.page
     session.edit(DOT, f"{DOT} volatile int *p = 0; *p = 1;")
@@ -163,7 +109,7 @@ def _break_and_mend(session: tools.Session) -> None:
     told = page.locator(".mrt-told").inner_text()
     assert "your code stops on the way" in told
     assert "in shade (raytracer.c:" in told
-    _screenshot(page, "crash")
+    screenshot(page, "inspector-crash")
     session.edit(f"{DOT} volatile int *p = 0; *p = 1;", DOT)
     page.keyboard.press("ArrowLeft")
     _wait_pixel(page, 89, 60)

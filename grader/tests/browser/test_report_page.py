@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -10,28 +9,17 @@ from typing import Any
 import pytest
 
 from grader import page
+from grader.tests.browser.chromium import chromium
 from grader.tests.reports import every_outcome, png
 
-CHROMIUM = "/usr/bin/chromium"
-ARGUMENTS = [
-    *("--no-sandbox", "--disable-gpu", "--disable-background-networking"),
-    *("--disable-component-update", "--disable-sync", "--no-first-run"),
-]
 PHONE, DESK = (320, 640), (1200, 800)
 
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Any]:
     """Start the machine's Chromium."""
-    if not Path(CHROMIUM).exists():
-        assert not os.environ.get("MRT_CI"), "CI must have Chromium"
-        pytest.skip(f"{CHROMIUM} is not installed")
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as driver:
-        started = driver.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
+    with chromium() as started:
         yield started
-        started.close()
 
 
 @pytest.fixture
