@@ -9,15 +9,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from grader.bind import BindError
-from grader.build import build
-from grader.intake import read_submission
-from grader.lab import complaints
 from grader.lab.core import Core
-from grader.lab.place import outputs
-from grader.lab.stopped import Stopped
-from grader.process import Died, Limits, MachineError, Missing, start_worker
-from grader.records import BuildStatus, Target, Told
+from grader.records import Target
 from grader.runner import Core as Library
 from grader.runner import Session
 
@@ -57,21 +50,6 @@ class Counter:
 @contextmanager
 def counter(core: Core) -> Iterator[Counter]:
     """Build the code of `core` so that it counts, and start it. Raises Stopped."""
-    folder = core.engine.folder
-    try:
-        target = Target(*core.size, counted=True)
-        (result,) = build(read_submission(folder), [target], outputs() / "cache")
-        if result.status is not BuildStatus.BUILT or result.rejected:
-            raise Stopped(complaints.not_built(folder, result))
-        with start_worker() as worker:
-            library = Library(worker, result)
-            with library.session(Limits(cpu=core.engine.limit, each_call=True)) as session:
-                yield Counter(library, session)
-    except Died as error:
-        raise Stopped(complaints.died(folder, SEARCH, error.death)) from None
-    except Missing as error:
-        raise Stopped(complaints.sentence("failure.missing", name=error.name)) from None
-    except Told as error:
-        raise Stopped(complaints.sentence(error.key, **error.values)) from None
-    except (BindError, MachineError) as error:
-        raise Stopped(complaints.sentence("machine.failed", detail=error)) from None
+    target = Target(*core.size, counted=True)
+    with core.engine.apart(target, SEARCH) as (library, session):
+        yield Counter(library, session)

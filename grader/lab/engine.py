@@ -9,8 +9,8 @@ from __future__ import annotations
 import atexit
 import os
 import weakref
-from collections.abc import Callable, Mapping
-from contextlib import ExitStack
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
@@ -111,40 +111,58 @@ class Engine:
         target = Target(*size, counted=counted)
         stage = self.stage(target)
         try:
-            try:
-                return act(stage)
-            finally:
-                complaints.tell_printed(stage.session)
+            with self._telling(call):
+                return self._acted(target, stage, act)
         except KeyboardInterrupt:
             death = stage.session.interrupt()
             self._drop(target)
             raise Stopped(complaints.interrupted(self.folder, call, death), by_hand=True) from None
+
+    def _acted(self, target: Target, stage: Stage, act: Callable[[Stage], T]) -> T:
+        try:
+            try:
+                return act(stage)
+            finally:
+                complaints.tell_printed(stage.session)
         except Died as error:
             self._drop(target)
             self._again |= error.death.cause is Cause.TIMEOUT
-            raise Stopped(complaints.died(self.folder, call, error.death)) from None
-        except Missing as error:
-            raise Stopped(complaints.sentence("failure.missing", name=error.name)) from None
-        except MachineError as error:
-            self.close()
-            raise Stopped(complaints.sentence("machine.failed", detail=error)) from None
+            raise
 
     def stage(self, target: Target) -> Stage:
         """Return the session of a target, built and started if need be. Raises Stopped."""
         self.refresh()
         try:
-            if target not in self._stages:
-                self._start(target)
+            with self._telling(""):
+                if target not in self._stages:
+                    self._start(target)
+        except KeyboardInterrupt:
+            raise Stopped(complaints.sentence("lab.build_stopped"), by_hand=True) from None
+        return self._stages[target]
+
+    @contextmanager
+    def apart(self, target: Target, call: str) -> Iterator[tuple[runner.Core, Session]]:
+        """Lend a session that is not kept, for what changes the scene by hand. Raises Stopped."""
+        self.refresh()
+        with self._telling(call):
+            core = self._core(self._judged(target))
+            with core.session(Limits(cpu=self.limit, each_call=True)) as session:
+                yield core, session
+
+    @contextmanager
+    def _telling(self, call: str) -> Iterator[None]:
+        """Turn what can go wrong in a C call ("": while it is made ready) into Stopped."""
+        try:
+            yield
         except Died as error:
-            raise Stopped(complaints.died(self.folder, "", error.death)) from None
+            raise Stopped(complaints.died(self.folder, call, error.death)) from None
+        except Missing as error:
+            raise Stopped(complaints.sentence("failure.missing", name=error.name)) from None
         except Told as error:
             raise Stopped(complaints.sentence(error.key, **error.values)) from None
         except (BindError, MachineError) as error:
             self.close()
             raise Stopped(complaints.sentence("machine.failed", detail=error)) from None
-        except KeyboardInterrupt:
-            raise Stopped(complaints.sentence("lab.build_stopped"), by_hand=True) from None
-        return self._stages[target]
 
     @property
     def limit(self) -> float:
@@ -169,11 +187,16 @@ class Engine:
         self._submission = submission
         return True
 
-    def _start(self, target: Target) -> None:
+    def _judged(self, target: Target) -> BuildResult:
+        """Return what was built, with all the student's files. Raises Stopped."""
         result = self._built(target)
         if result.status is not BuildStatus.BUILT or result.rejected:
             self.errors = result.log
             raise Stopped(complaints.not_built(self.folder, result))
+        return result
+
+    def _start(self, target: Target) -> None:
+        result = self._judged(target)
         while len(self._stages) >= MOST_SESSIONS:
             self._drop(next(iter(self._stages)))
         core = self._core(result)
