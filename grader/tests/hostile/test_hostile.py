@@ -89,7 +89,17 @@ def _wait_for(count: int) -> None:
     deadline = time.monotonic() + 2
     while len(_descendants()) > count and time.monotonic() < deadline:
         time.sleep(0.01)
-    assert len(_descendants()) <= count
+    assert len(_descendants()) <= count, "\n".join(map(_told, sorted(_descendants(), key=int)))
+
+
+def _told(pid: str) -> str:
+    """Return a process' state, parent and command, for the message of a failure."""
+    try:
+        state = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
+        command = Path(f"/proc/{pid}/cmdline").read_text(encoding="utf-8").replace("\0", " ")
+    except OSError:
+        return f"{pid}: gone"
+    return f"{pid}: {state[0]}, of {state[1]}: {command}"
 
 
 def _descendants(pid: str = "self") -> set[str]:
