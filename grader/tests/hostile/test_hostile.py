@@ -85,11 +85,15 @@ def nothing_left(cache: Path) -> Iterator[None]:
 
 
 def _wait_for(count: int) -> None:
-    """Hold that no more processes run than so many, within a moment."""
-    deadline = time.monotonic() + 2
-    while len(_descendants()) > count and time.monotonic() < deadline:
+    """Hold that no more processes run than so many, within a moment.
+
+    One look decides: after it the worker may prepare its next session while the last one still
+    ends, and a second look would see both.
+    """
+    deadline = time.monotonic() + 30
+    while len(seen := _descendants()) > count:
+        assert time.monotonic() < deadline, "\n".join(map(_told, sorted(seen, key=int)))
         time.sleep(0.01)
-    assert len(_descendants()) <= count, "\n".join(map(_told, sorted(_descendants(), key=int)))
 
 
 def _told(pid: str) -> str:
