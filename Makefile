@@ -4,7 +4,7 @@
 # Paths here are relative, and values travel by the environment, so that this works from any folder.
 
 .DEFAULT_GOAL := help
-.PHONY: help grade mrt try lab submit update release batch purge notebooks figures expected calibrate skeleton format lint test bench doctor wheelhouse print-flags clean
+.PHONY: help grade mrt try lab submit update release batch purge oral notebooks figures expected calibrate prove skeleton format lint test bench doctor wheelhouse print-flags clean
 
 SUBMISSION ?= core_c
 SRC ?= core_c
@@ -59,6 +59,9 @@ batch: ## évalue une classe : SUBMISSIONS=, OUT=, JOBS=2, NAMES=1, AGAIN=1 | gr
 purge: ## efface les résultats d'une classe : OUT=dossier | erases the results of a class: OUT=folder
 	@$(call PYTHON_OF,grade) && "$$python" -m grader purge $${OUT:+"$$OUT"}
 
+oral: ## cinq questions sur un rendu, avec leurs réponses : SUBMISSION=, TP=2 | five questions on a submission, with their answers: SUBMISSION=, TP=2
+	@$(call PYTHON_OF,grade) && "$$python" -m grader oral "$$SUBMISSION" --build "$$BUILD" $${TP:+--tp "$$TP"}
+
 lab: ## ouvre les carnets : TP=2, MRT_LANG=en | opens the notebooks: TP=2
 	@$(call PYTHON_OF,lab) && "$$python" -m grader.lab $${TP:+--tp "$$TP"}
 
@@ -73,6 +76,10 @@ expected: ## refait les données attendues : SEED=7 OUT=dossier | makes the expe
 
 calibrate: ## règle les limites des images sur des programmes justes | sets the limits of pictures by right programs
 	@$(call PYTHON_OF,grade) && "$$python" -m grader.dev.pictures
+
+prove: ## prouve que les notes sont justes (long, se reprend) : PART=known, SAMPLE=3, JOBS=2, AGAIN=1 | proves the marks right (long, goes on): PART=known, SAMPLE=3, JOBS=2, AGAIN=1
+	@$(call PYTHON_OF,grade) && "$$python" -m grader.dev.prove --build "$$BUILD" $${PART:+--part "$$PART"} \
+	    $${SAMPLE:+--sample "$$SAMPLE"} $${JOBS:+--jobs "$$JOBS"} $${AGAIN:+--again}
 
 skeleton: ## refait les fichiers à compléter depuis reference/ | makes the files to complete from reference/
 	@$(call PYTHON_OF,grade) && "$$python" -m grader.dev.skeleton && "$$python" -m grader.dev.originals
@@ -94,8 +101,11 @@ test: lint ## tous les tests du projet | every test of the project
 	@$(call PYTHON_OF,dev) && set -x && "$$python" -m grader.dev.skeleton --check && "$$python" -m grader.dev.originals --check && \
 	    "$$python" -m grader.dev.notebooks --check && "$$python" -m pytest
 
-bench: ## les mesures de performance | the benchmarks
-	@$(call PYTHON_OF,grade) && "$$python" -m grader.dev.bench --build "$$BUILD"
+bench: ## les mesures de performance ; d'une classe : CLASS=200, KILLS=10 | the benchmarks; of a class: CLASS=200, KILLS=10
+	@$(call PYTHON_OF,dev) && case "$$CLASS,$$KILLS" in \
+	    ,) "$$python" -m grader.dev.bench --build "$$BUILD" ;; \
+	    ,*) "$$python" -m grader.dev.bench.kills --trials "$$KILLS" --build "$$BUILD" ;; \
+	    *) "$$python" -m grader.dev.bench.batch --size "$$CLASS" --build "$$BUILD" ;; esac
 
 wheelhouse: ## les paquets pour une salle sans réseau | the packages for a room without a network
 	@sh grader/environment.sh wheelhouse "$$BUILD/wheelhouse"

@@ -8,10 +8,13 @@ import tempfile
 from functools import cache
 from pathlib import Path
 
-import cffi
-from cffi import recompiler
+import _cffi_backend
 
+from grader import manifest
+from grader.worker import lockdown
 from grader.worker.session import LIBC
+
+KEPT = manifest.ROOT / "build" / "cache" / "bindings"  # of what is the grader's own
 
 
 def library_source(cdef: str, library: str = "") -> bytes:
@@ -22,6 +25,11 @@ def library_source(cdef: str, library: str = "") -> bytes:
     return abi_source(cdef + LIBC, Path(library).parent.parent / "bindings" if library else None)
 
 
+def lock_source() -> bytes:
+    """Return `abi_source` for what a process shuts itself in with."""
+    return abi_source(lockdown.LIBC, KEPT)
+
+
 def abi_source(cdef: str, folder: Path | None = None) -> bytes:
     """Return Python code that makes `ffi`, with these declarations, of cffi's compiled part alone.
 
@@ -29,7 +37,8 @@ def abi_source(cdef: str, folder: Path | None = None) -> bytes:
     """
     if folder is None:
         return _generate(cdef)
-    kept = folder / f"{hashlib.sha256((cffi.__version__ + cdef).encode()).hexdigest()[:24]}.py"
+    key = hashlib.sha256((_cffi_backend.__version__ + cdef).encode()).hexdigest()[:24]
+    kept = folder / f"{key}.py"
     try:
         return kept.read_bytes()
     except OSError:
@@ -47,6 +56,10 @@ def abi_source(cdef: str, folder: Path | None = None) -> bytes:
 
 @cache
 def _generate(cdef: str) -> bytes:
+    # They bring a parser, which takes as long to import as all the rest, and is seldom needed.
+    import cffi
+    from cffi import recompiler
+
     ffi = cffi.FFI()
     ffi.cdef(cdef)
     ffi.set_source("mrt_abi", None)

@@ -23,7 +23,7 @@ from pathlib import Path
 
 from pycparser import c_ast, c_generator, c_parser  # type: ignore[import-untyped]
 
-from grader.records import Binding, Function, Parameter
+from grader.records import BindError, Binding, Function, Parameter
 
 WATCH = Path(__file__).with_name("watch.c")
 HEADER = "exercises.h"  # the map: it includes every other header of the core
@@ -38,10 +38,6 @@ _LINEMARKER = re.compile(r'#(?:line)? \d+ "([^"]*)"')
 _DEFINE = re.compile(r"#define (\w+) (.+)")
 _EXPRESSION = re.compile(r"[\w.()+\-*/%<>|&^~ ]+")
 _IDENTIFIER = re.compile(r"(?<![\w.])[A-Za-z_]\w*")
-
-
-class BindError(Exception):
-    """The given headers cannot be preprocessed or read: not the submission's fault."""
 
 
 def derive(folder: Path, defines: Sequence[str], compiler: Sequence[str]) -> tuple[Binding, str]:

@@ -13,7 +13,7 @@ from grader import reproducer
 from grader.compare import Wrong
 from grader.records import Evidence
 from grader.runner import Session
-from grader.shapes import Image, Mask, Region, Size
+from grader.shapes import Image, Mask, Region, Size, in_every_channel
 from grader.testimony import Testimony
 
 T = TypeVar("T")
@@ -79,7 +79,7 @@ class Drawing:
     def expect(self, expected: Image, tolerance: float = COPIED) -> None:
         """Raise Wrong at the first pixel that is not as expected."""
         # Written so that a NaN is wrong.
-        wrong = ~(np.abs(self.after - expected) <= tolerance).all(axis=2)
+        wrong = ~in_every_channel(np.abs(self.after - expected) <= tolerance)
         if wrong.any():
             self._note(wrong)
             self._complain("wrong_pixel", wrong, expected)
@@ -87,8 +87,8 @@ class Drawing:
     def expect_region(self, color: Any, region: Region) -> None:
         """Raise Wrong unless the region, and nothing else, has taken the colour."""
         wanted = np.broadcast_to(np.asarray(color, np.float32), self.after.shape)
-        drawn = (np.abs(self.after - wanted) <= COPIED).all(axis=2)
-        kept = (self.after == self.before).all(axis=2)
+        drawn = in_every_channel(np.abs(self.after - wanted) <= COPIED)
+        kept = in_every_channel(self.after == self.before)
         for key, wrong in (
             ("missed_pixel", region.sure & ~drawn),
             ("touched_pixel", ~region.maybe & ~kept),

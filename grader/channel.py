@@ -248,12 +248,13 @@ class Channel:
             cause = Cause.TIMEOUT
         if cause in (Cause.LOAD, Cause.STRAY_WRITE, Cause.MEMORY):
             return Death(cause, case=case, text=text)
+        if code == -signal.SIGKILL and cause is Cause.EXIT:
+            cause = Cause.KILLED
         word = ""
         report = _SANITIZER.search(text)
-        # Where UBSan cannot read its settings it ends by exit instead of a signal. What answered
-        # nonsense, or stayed without an answer, was killed from here.
+        # Where UBSan cannot read its settings it ends by exit instead of a signal.
         reported = report is not None and code == UBSAN_EXIT
-        if cause is not Cause.TIMEOUT and (reported or (code < 0 and code != -signal.SIGKILL)):
+        if cause is Cause.EXIT and (reported or code < 0):
             cause, word = Cause.SIGNAL, signal.Signals(-code).name if code < 0 else ""
             if report:
                 word = report[1] or f"runtime error: {report[2]}"

@@ -8,40 +8,31 @@ import sys
 import traceback
 from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from grader import expected, history, junit, manifest, page, report, terminal
-from grader.bind import BindError
-from grader.build import BuildError
-from grader.evaluation import report_of
-from grader.expected import ExpectedError
+from grader import manifest
 from grader.intake import SubmissionError, read_submission
 from grader.isolation.levels import Isolation, IsolationError, Level, current, using
-from grader.judge import sizes_for
-from grader.manifest import Manifest, ManifestError
-from grader.plugin import PytestError, SelectionError, run_checks
+from grader.manifest import ManifestError
 from grader.process import MachineError
-from grader.records import Finding, Report, Told
+from grader.records import BindError, PytestError, Told
+from grader.sizes import sizes_for
 from grader.texts import LANGUAGES, Texts, preferred
-from grader.usage import Parser
+from grader.usage import Parser, UsageError
 from grader.workshop import Workshop
 
 GRADED, BELOW, WRONG_USE, FAILED, INTERRUPTED = 0, 1, 2, 3, 130
 HINT_LEVELS = (1, 2, 3)
-# Commands with a module of their own, loaded when asked for; release is not in a student's copy.
+# Commands with a module of their own, loaded when asked for; some are not in a student's copy.
 OTHERS = {
     "batch": ("grader.batch.command", "batch.description"),
+    "oral": ("grader.dev.oral", "oral.description"),
     "purge": ("grader.batch.purge", "purge.description"),
     "release": ("grader.dev.release", "release.description"),
     "submit": ("grader.handin", "submit.description"),
     "update": ("grader.update", "update.description"),
 }
-
-
-class UsageError(Told):
-    """The command line asks for something that is not there."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -94,36 +85,18 @@ def _grade(options: argparse.Namespace, texts: Texts) -> int:
     if options.tp is not None and options.tp not in tps:
         raise UsageError("usage.no_tp", tp=options.tp, first=tps[0], last=tps[-1])
     submission = read_submission(options.path, look_around=True)
-    if options.expected != expected.FOLDER:
-        _verify_answers(options.expected)
+    _verify_answers(options.expected)
+    drawn, cache = sizes_for(options.tp), options.build / "cache"
     with (
         _isolation(options.isolation) as isolation,
-        Workshop(submission, sizes_for(options.tp), options.build / "cache") as workshop,
+        Workshop(submission, drawn, cache, lazy=bool(options.keyword)) as workshop,
     ):
-        findings = _findings(workshop, rules, options)
-        partial = options.tp is not None or bool(options.keyword)
-        judged = report_of(workshop, rules, findings, texts, options.hint, partial)
-        content = report.as_json(replace(judged, isolation=isolation.level.value), texts)
-    folder = options.build / "grade" / ("partial" if content["partial"] else "")
-    path = _write(folder, content, judged)
-    terminal.show(content, path, texts)
+        from grader.grade import grade  # while the compiler runs: it takes as long
+
+        content = grade(workshop, rules, options, isolation, texts)
     if content["incomplete"]:
         return FAILED
     return BELOW if content["score"] < options.fail_under else GRADED
-
-
-def _write(folder: Path, content: dict[str, Any], judged: Report) -> Path:
-    """Write the results; return the path of the page."""
-    path = folder / "results.json"
-    try:
-        history.update(folder, content)
-        report.write_images(folder, judged.checks)
-        report.write(path, content)
-        report.write_text(folder / "junit.xml", junit.as_xml(content))
-        report.write_text(folder / page.NAME, page.render(content, folder))
-    except OSError as error:
-        raise BuildError("machine.cannot_write", path=path, error=error.strerror) from error
-    return folder / page.NAME
 
 
 def _isolation(asked: str | None) -> AbstractContextManager[Isolation]:
@@ -132,20 +105,15 @@ def _isolation(asked: str | None) -> AbstractContextManager[Isolation]:
 
 
 def _verify_answers(folder: Path) -> None:
-    """Raise UsageError unless the folder is one of expected data."""
+    """Raise UsageError unless the folder is the course's or another one of expected data."""
+    if folder == manifest.EXPECTED:
+        return
+    from grader import expected
+
     try:
         expected.read_manifest(folder)
-    except ExpectedError as error:
+    except expected.ExpectedError as error:
         raise UsageError("usage.bad_expected", error=error) from error
-
-
-def _findings(workshop: Workshop, rules: Manifest, options: argparse.Namespace) -> list[Finding]:
-    try:
-        return run_checks(workshop, rules, options.tp, options.keyword, options.expected)
-    except SelectionError as error:
-        names = {check.id.split(".")[1]: None for check in rules.checks().values()}
-        key = "usage.bad_keyword" if error.malformed else "usage.no_match"
-        raise UsageError(key, keyword=options.keyword, names=", ".join(names)) from error
 
 
 def _language(words: Sequence[str]) -> str:
@@ -174,7 +142,7 @@ def _parser(texts: Texts) -> Parser:
     add("--lang", key="usage.language", choices=LANGUAGES)
     add("--fail-under", key="usage.fail_under", type=float, default=0.0, metavar="POINTS")
     add("--isolation", key="usage.isolation", choices=[each.value for each in Level])
-    add("--expected", key="usage.expected", type=Path, default=expected.FOLDER, metavar="DIR")
+    add("--expected", key="usage.expected", type=Path, default=manifest.EXPECTED, metavar="DIR")
     add("--build", key="usage.build", type=Path, default=manifest.ROOT / "build", metavar="DIR")
     return parser
 

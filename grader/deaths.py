@@ -9,6 +9,13 @@ from grader.texts import Texts, sentences
 
 _UNDEFINED = re.compile(r"undefined symbol: (\w+)")
 _RUNTIME = "runtime error: "
+# What UndefinedBehaviorSanitizer says most often, and our sentence for it.
+_PLAIN = {
+    "death.null": re.compile(r"null pointer"),
+    "death.index": re.compile(r"index (?P<index>-?\d+) out of bounds"),
+    "death.zero": re.compile(r"^division by zero"),
+    "death.integer": re.compile(r"signed integer overflow|negation of"),
+}
 
 
 def verdict(death: Death, call: str) -> Verdict:
@@ -26,6 +33,10 @@ def verdict(death: Death, call: str) -> Verdict:
         "detail": death.text.strip()[:300],
         "word": death.word.removeprefix(_RUNTIME),
     }
+    for key, pattern in _PLAIN.items():
+        found = pattern.search(str(values["word"])) if death.word.startswith(_RUNTIME) else None
+        if found:
+            return Verdict(key, {**values, **found.groupdict()})
     return Verdict(_key(death), values)
 
 

@@ -3,14 +3,15 @@
 The bank, `mistakes.npz` of a folder of expected data, holds the testimonies of the known mistakes
 in the checks of their exercises (`python -m grader.dev.bank` makes it). A mistake is recognised
 when all that is wrong in an exercise is what the mistake gives, and nothing else is; mistakes that
-the checks do not tell apart are named together, three at most. Nothing is guessed.
+the checks do not tell apart are named together, three at most. In pictures it is recognised by what
+it draws, when it gives all the wrong pictures of an exercise and shows in no check that is right.
+Nothing is guessed.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
-import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
@@ -19,8 +20,11 @@ from typing import Any
 
 import numpy as np
 
-from grader.expected import CURE, ExpectedError, archived, read_manifest
+from grader import testimony
+from grader.expected import CURE, ExpectedError, read_manifest
 from grader.manifest import Manifest
+from grader.npz import Arrays, archived
+from grader.pictures.suspects import shown_in
 from grader.records import Finding, Outcome
 from grader.testimony import Array, Part
 
@@ -59,7 +63,49 @@ def named(findings: Sequence[Finding], rules: Manifest, folder: Path) -> list[Fi
         # What a wrong function hands on says nothing about those that use it.
         if alone or not wrong & _needed(exercise, rules):
             found[exercise] = recognised(own, bank)
-    return [_with(each, found.get(_exercise(each, rules), ())) for each in findings]
+    seen = _in_pictures(findings, rules, bank, found, folder)
+
+    def ids(finding: Finding) -> tuple[str, ...]:
+        exercise = _exercise(finding, rules)
+        drawn = seen.get(exercise, ()) if is_picture(finding.check) else ()
+        return found.get(exercise, ()) or drawn
+
+    return [_with(each, ids(each)) for each in findings]
+
+
+def _in_pictures(
+    findings: Sequence[Finding],
+    rules: Manifest,
+    bank: Mapping[str, Known],
+    found: Mapping[str, tuple[str, ...]],
+    folder: Path,
+) -> dict[str, tuple[str, ...]]:
+    """Return, by exercise, the mistakes that give all of its wrong pictures, and nothing right.
+
+    They may be another exercise's. `found` are those that other checks have named, by exercise.
+    """
+    common: dict[str, set[str]] = {}
+    for each in findings:
+        if is_picture(each.check) and each.outcome in _WRONG:
+            exercise, known = _exercise(each, rules), set(testimony.suspects(each.testimony))
+            common[exercise] = common.get(exercise, known) & known
+    if not any(common.values()):
+        return {}
+    right = {each.check: each for each in findings if _is_right(each)}
+    for name, mistake in bank.items():
+        others = found.get(mistake.exercise, ())
+        if mistake.signature.keys() & right.keys() or (others and name not in others):
+            common = {exercise: ids - {name} for exercise, ids in common.items()}
+    for each in right.values():
+        for picture in testimony.pictures(each.testimony):
+            shown = set(shown_in(folder, picture))
+            common = {exercise: ids - shown for exercise, ids in common.items()}
+    return {name: tuple(sorted(ids)) for name, ids in common.items() if len(ids) <= MOST}
+
+
+def _is_right(finding: Finding) -> bool:
+    """Whether a check passed with the submission's own functions, as it is asked for."""
+    return finding.outcome is Outcome.PASSED and not finding.through and not finding.remarks
 
 
 def recognised(findings: Sequence[Finding], bank: Mapping[str, Known]) -> tuple[str, ...]:
@@ -178,10 +224,10 @@ def _read(path: Path, digest: str) -> Mapping[str, Known]:
         content = path.read_bytes()
         if hashlib.sha256(content).hexdigest() != digest:
             raise ValueError("it is not what manifest.json says")
-        with np.load(path, allow_pickle=False) as arrays:
-            index = json.loads(arrays["index"].tobytes())
-            return _unpacked(index, arrays["cases"].astype(np.int64), arrays["values"])
-    except (OSError, ValueError, KeyError, zipfile.BadZipFile) as error:
+        arrays = Arrays(content)
+        index = json.loads(arrays["index"].tobytes())
+        return _unpacked(index, arrays["cases"].astype(np.int64), arrays["values"])
+    except (OSError, ValueError, KeyError) as error:
         raise ExpectedError(f"{path}: {error}; {CURE}") from error
 
 

@@ -15,24 +15,23 @@ no portable form for a union. The keys say what an array is:
 from __future__ import annotations
 
 import hashlib
-import io
 import json
-import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from grader.manifest import ROOT
+from grader import manifest, npz, sizes
+from grader.npz import Arrays, archived
 from grader.runner import Address, Core, Session
 
-Array = npt.NDArray[Any]
+Array = npz.Array
 
-FOLDER = ROOT / "reference" / "expected"
-SIZE = (96, 64)  # of the picture, pixels: what the data was made for
+FOLDER = manifest.EXPECTED
+SIZE = sizes.UNIT  # of the picture: what the data was made for
 # The globals that a batch may set, by the C type of one item.
 GLOBALS = {
     "scene": "object",
@@ -130,18 +129,6 @@ def encode(batches: Sequence[Batch]) -> bytes:
     return archived(arrays)
 
 
-def archived(arrays: Mapping[str, Array]) -> bytes:
-    """Return the content of a file of arrays: the same bytes for the same arrays."""
-    memory = io.BytesIO()
-    with zipfile.ZipFile(memory, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, value in arrays.items():
-            part = io.BytesIO()
-            np.save(part, np.asarray(value, order="C"), allow_pickle=False)
-            # ZipInfo's own date, not today's: the bytes depend on the data alone.
-            archive.writestr(zipfile.ZipInfo(f"{name}.npy"), part.getvalue(), zipfile.ZIP_DEFLATED)
-    return memory.getvalue()
-
-
 def read_manifest(folder: Path) -> dict[str, Any]:
     """Read the manifest of a folder. Raises ExpectedError."""
     path = folder / "manifest.json"
@@ -157,15 +144,44 @@ def read_manifest(folder: Path) -> dict[str, Any]:
 def read(folder: Path, suite: str, core: Core) -> list[Batch]:
     """Read a suite. Raises ExpectedError, naming the file and the cure."""
     path = folder / f"{suite}.npz"
+    rules = rules_of(path)
     try:
-        rules = read_manifest(folder)["files"][path.name]
+        return _batches(arrays_of(path, rules), core, float(rules["tolerance"]))
+    except (ValueError, KeyError) as error:
+        raise ExpectedError(f"{path}: {error}; {CURE}") from error
+
+
+def rules_of(path: Path) -> Mapping[str, Any]:
+    """Return what the manifest beside a file says of it. Raises ExpectedError."""
+    try:
+        written = path.with_name("manifest.json").stat().st_mtime_ns
+        return dict(_manifest(path.parent, written)["files"][path.name])
+    except (OSError, KeyError) as error:
+        raise ExpectedError(f"{path}: {error}; {CURE}") from error
+
+
+@lru_cache(maxsize=8)
+def _manifest(folder: Path, written: int) -> dict[str, Any]:
+    """Return the manifest of a folder, read again when it was written again."""
+    return read_manifest(folder)
+
+
+def content_of(path: Path, rules: Mapping[str, Any]) -> bytes:
+    """Return the content of a file that is as the manifest says. Raises ExpectedError."""
+    try:
         content = path.read_bytes()
         if hashlib.sha256(content).hexdigest() != rules["sha256"]:
             raise ValueError("it is not what manifest.json says")
-        with np.load(io.BytesIO(content), allow_pickle=False) as arrays:
-            loaded = {name: arrays[name] for name in arrays.files}
-        return _batches(loaded, core, float(rules["tolerance"]))
-    except (OSError, ValueError, KeyError, zipfile.BadZipFile) as error:
+    except (OSError, KeyError, ValueError) as error:
+        raise ExpectedError(f"{path}: {error}; {CURE}") from error
+    return content
+
+
+def arrays_of(path: Path, rules: Mapping[str, Any]) -> Arrays:
+    """Return the arrays of a file that is as the manifest says. Raises ExpectedError."""
+    try:
+        return Arrays(content_of(path, rules))
+    except ValueError as error:
         raise ExpectedError(f"{path}: {error}; {CURE}") from error
 
 
@@ -186,14 +202,14 @@ def _typed(value: Array, dtype: np.dtype[Any]) -> Array:
         return value
     if value.shape[-1] != dtype.itemsize:
         raise ValueError("made for other structs")
-    return np.frombuffer(value.tobytes(), dtype).reshape(value.shape[:-1]).copy()
+    return value.view(dtype).reshape(value.shape[:-1])
 
 
 def _batches(arrays: Mapping[str, Array], core: Core, tolerance: float) -> list[Batch]:
     batches: list[Batch] = []
     while f"{len(batches)}.function" in arrays:
         prefix = f"{len(batches)}."
-        own = {key[len(prefix) :]: each for key, each in arrays.items() if key.startswith(prefix)}
+        own = {key[len(prefix) :]: arrays[key] for key in arrays if key.startswith(prefix)}
         batches.append(_batch(own, core, tolerance))
     return batches
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from grader import deaths, reproducer
 from grader.manifest import Check, Exercise, Manifest
-from grader.records import CheckResult, ExerciseResult, Finding, Outcome
+from grader.records import CheckResult, ExerciseResult, Finding, Outcome, Pixel
 from grader.texts import Texts
 
 # An exercise is as good as its worst check; the first of these that occurs names it.
@@ -40,14 +40,18 @@ def conclude(
     `hint` is the level of help, from a question (1) to the most direct (3); `rejected` are the
     files that do not compile.
     """
-    wrong = at_fault(findings, rules)
-    ahead = unwritten(findings, rules)
-    marked = [_settled(each, wrong, ahead, rules) for each in findings]
-    outcomes = {each.check: each.outcome for each in marked}
-    telling = _Telling(rules, texts, hint, rejected, wrong)
-    checks = [_judge(each, rules, outcomes, telling) for each in marked]
+    settled = marked(findings, rules)
+    outcomes = {each.check: each.outcome for each in settled}
+    telling = _Telling(rules, texts, hint, rejected, at_fault(findings, rules))
+    checks = [_judge(each, rules, outcomes, telling) for each in settled]
     exercises = [_sum(each, checks, texts.language) for each in rules.exercises]
     return checks, [each for each in exercises if each is not None]
+
+
+def marked(findings: Sequence[Finding], rules: Manifest) -> list[Finding]:
+    """Return the findings with the outcome that they have beside one another."""
+    wrong, ahead = at_fault(findings, rules), unwritten(findings, rules)
+    return [_settled(each, wrong, ahead, rules) for each in findings]
 
 
 def at_fault(findings: Iterable[Finding], rules: Manifest) -> frozenset[str]:
@@ -192,7 +196,19 @@ def _judge(
         mistakes=finding.evidence.mistakes,
         reproducer=reproducer.told(finding.evidence.reproducer, texts),
         images=finding.evidence.images,
+        pixel=_pixel(finding, texts) if outcome is Outcome.FAILED else None,
     )
+
+
+def _pixel(finding: Finding, texts: Texts) -> Pixel | None:
+    """Return the pixel to look at, with its sentence."""
+    found = finding.evidence.pinned
+    if found is None:
+        return None
+    told = texts.say("replay.worst", i=found.i, j=found.j)
+    if found.told is not None:
+        told = f"{told} {deaths.told(found.told, found.location, texts)}"
+    return Pixel(found.picture, found.i, found.j, told)
 
 
 def _sum(exercise: Exercise, checks: Sequence[CheckResult], language: str) -> ExerciseResult | None:

@@ -21,11 +21,10 @@ from pathlib import Path
 
 from grader import archives, authors, diagnostics, manifest, notes
 from grader.authors import Authors
-from grader.bind import BindError
 from grader.build import build
 from grader.intake import SubmissionError, read_submission
 from grader.process import MachineError
-from grader.records import BuildResult, BuildStatus, Submission, Target, Told
+from grader.records import BindError, BuildResult, BuildStatus, Submission, Target, Told
 from grader.texts import Texts, preferred
 
 DONE, WRONG_USE, FAILED, INTERRUPTED = 0, 2, 3, 130

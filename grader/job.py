@@ -24,8 +24,13 @@ from grader.records import Binding, BuildResult, BuildStatus, Function, Target, 
 from grader.toolchain import Compiler
 
 LANGUAGES = ("c", "c++")
-# What the compiler's driver says of its own parts.
-_KILLED = re.compile(r"^[\w.+/-]+: fatal error: Killed signal terminated program", re.MULTILINE)
+# What a sandbox says that cannot begin, and the compiler's drivers of their own parts.
+_KILLED = re.compile(
+    r"^(?:bwrap|setpriv|prlimit): "
+    r"|^[\w.+/-]+: (?:fatal )?error: (?:Killed signal terminated program"
+    r"|\w+ terminated with signal 9|unable to execute command: Killed)",
+    re.MULTILINE,
+)
 NM_SECONDS = 20
 COUNTING = manifest.PACKAGE / "count.c"
 COUNT = "mrt_object_tests"  # its function: the entries since it was last called
@@ -102,8 +107,12 @@ class Job:
         Raises OSError when the machine has no `nm`.
         """
         paths = [each.path.resolve() for each in objects.values()]
-        command = ["nm", "-P", "-g", "-A", *map(str, paths)]
+        # No plugin: binutils loads all that it finds, LLVM's among them, which takes it 20 ms.
+        flags = [] if self.compiler.platform == "darwin" else ["--plugin=/dev/null"]
+        command = ["nm", *flags, "-P", "-g", "-A", *map(str, paths)]
         ran = run_tool(command, self.sources, paths, seconds=NM_SECONDS)
+        if ran.killed:
+            raise BuildError("machine.failed", detail="nm: killed")
         lines = ran.output.splitlines()
         found = {}
         for name, path in zip(objects, paths, strict=True):
@@ -267,7 +276,8 @@ def _run(
             os.replace(part, output)
     if ran.status == OUT_OF_TIME:
         return 1, f"compiling takes more than {toolchain.COMPILE_SECONDS} s\n"
-    if ran.status < 0 or _KILLED.search(ran.errors):
+    if ran.status < 0 or ran.killed or _KILLED.search(ran.errors):
         # Its own limits end it otherwise: somebody, or a machine short of memory, has killed it.
         raise BuildError("machine.compiler_fails", command=command[0], error="killed")
-    return ran.status, ran.errors
+    # The assembler tells the name of its input, a file of that folder: nobody's business.
+    return ran.status, re.sub(rf"{re.escape(str(part.resolve().parent))}/cc\w+", "asm", ran.errors)

@@ -13,7 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
-from grader import expected, reproducer, show
+from grader import expected, reproducer, show, sizes
 from grader.canvas import Canvas
 from grader.compare import Trial, Wrong
 from grader.expected import Answer, Array, Batch
@@ -27,18 +27,11 @@ __all__ = ["Bench", "Fatal", "Student", "Trial", "Wrong"]
 
 T = TypeVar("T")
 
-SIZES: tuple[Size, ...] = ((320, 180), (96, 64))
+SIZES = sizes.DRAWN
 UNIT_LIMITS = Limits(cpu=2.0)
-PICTURE_SIZE: Size = (320, 180)
+PICTURE_SIZE = sizes.PICTURE
 PICTURE_LIMITS = Limits(cpu=10.0)
-
-
-def sizes_for(tp: int | None) -> tuple[Size, ...]:
-    """Return the sizes that the checks of a TP (None: of all) draw at; each is a build.
-
-    Only TP1's are run at both; the data of the others was made for one.
-    """
-    return SIZES if tp in (None, 1) else (expected.SIZE,)
+_LOADING = ""  # in the place of a function's name
 
 
 class Fatal(Exception):
@@ -76,6 +69,10 @@ class Student:
         self.remarks: list[Verdict] = []  # what to tell besides, whatever the outcome
         self.testimony = Testimony()  # what was wrong in the answers
 
+    def anew(self) -> Student:
+        """Return the submission for the same check, as if that had not begun."""
+        return Student(self._kit, self.folder, self._own)
+
     @contextlib.contextmanager
     def canvas(self, size: Size) -> Iterator[Canvas]:
         """Start a session in which pictures of that size are drawn."""
@@ -110,16 +107,10 @@ class Student:
         `texels` are those of scene_texture. Returns shape (180, 320, 3), float32, row 0 at the
         bottom, as it was left. Raises Fatal.
         """
-        core = self._kit.renderer()
         text = ", ".join(
             [f"scene {scene}", *(f"{key} = {value}" for key, value in settings.items())]
         )
-        with self._open(core, PICTURE_LIMITS) as session:
-            options = session.get("options")
-            for name, value in settings.items():
-                options[name] = value
-            session.set("options", options)
-            expected.lend_texture(session, core, texels)
+        with self.stage(PICTURE_LIMITS, texels, **settings) as (session, _):
 
             def draw() -> None:
                 session.call("setup_scene", scene)  # builds the octree
@@ -135,6 +126,20 @@ class Student:
             )
             flat = session.get("output_image")
         return flat.reshape(PICTURE_SIZE[1], PICTURE_SIZE[0], 3)
+
+    @contextlib.contextmanager
+    def stage(
+        self, limits: Limits, texels: Array | None = None, **settings: Any
+    ) -> Iterator[tuple[Session, Core]]:
+        """Start a session of the optimised build, with a texture and fields of `options` set."""
+        core = self._kit.renderer()
+        with self._open(core, limits) as session:
+            options = session.get("options")
+            for name, value in settings.items():
+                options[name] = value
+            session.set("options", options)
+            expected.lend_texture(session, core, texels)
+            yield session, core
 
     def guard(
         self,
@@ -166,12 +171,24 @@ class Student:
 
     @contextlib.contextmanager
     def _open(self, core: Core, limits: Limits) -> Iterator[Session]:
-        with core.session(limits) as session:
+        with contextlib.ExitStack() as stack:
+            session = self._loaded(stack, core, limits)
             try:
                 yield session
             finally:
                 self.todo |= session.todo()
                 self.output = self.output or session.output()
+
+    def _loaded(self, stack: contextlib.ExitStack, core: Core, limits: Limits) -> Session:
+        """Start a session. Raises Died; at once when loading has run out of time before."""
+        if _LOADING in self._kit.stuck:
+            raise Died(self._kit.stuck[_LOADING])
+        try:
+            return stack.enter_context(core.session(limits))
+        except Died as error:
+            if error.death.cause is Cause.TIMEOUT:
+                self._kit.stuck[_LOADING] = error.death
+            raise
 
 
 class Bench:

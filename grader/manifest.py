@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,7 @@ PACKAGE = Path(__file__).resolve().parent
 ROOT = PACKAGE.parent
 CORE = ROOT / "core_c"
 MANIFEST = PACKAGE / "exercises.toml"
+EXPECTED = ROOT / "reference" / "expected"  # the course's own expected data
 
 
 class ManifestError(Exception):
@@ -35,6 +36,7 @@ class Check:
     twin: str = ""  # the check without which this one earns nothing
     needs: tuple[str, ...] = ()  # exercises whose functions right code calls in this check
     judges: tuple[str, ...] = ()  # exercises among them whose functions this check judges too
+    proven: Mapping[str, str] = field(default_factory=dict)  # by function: the check that tells
 
 
 @dataclass(frozen=True)
@@ -142,6 +144,7 @@ def _exercise(row: dict[str, Any]) -> Exercise:
                 rule.get("twin", ""),
                 tuple(rule.get("needs", row["depends"])),
                 tuple(rule.get("judges", ())),
+                dict(rule.get("proven", {})),
             )
             for (name, rule), share in zip(rules.items(), points, strict=True)
         ),
@@ -157,6 +160,7 @@ def _verify(manifest: Manifest, path: Path) -> None:
     wrong += [check.twin for check in checks if check.twin and check.twin not in known]
     wrong += [name for check in checks for name in check.needs if name not in ids]
     wrong += [name for check in checks for name in check.judges if name not in check.needs]
+    wrong += [name for check in checks for name in check.proven.values() if name not in known]
     if len(known) != len(checks):
         wrong.append("a check stands twice")
     if wrong:

@@ -14,34 +14,35 @@ from pathlib import Path
 
 import pytest
 
-from grader import course, deaths
-from grader.diagnosis import named
+from grader import course
+from grader.ahead import Ahead, Ran
+from grader.diagnosis import is_picture, named
 from grader.expected import FOLDER, ExpectedError
-from grader.grading import conclude
+from grader.grading import conclude, marked
 from grader.judge import Fatal, Student, Wrong
 from grader.manifest import PACKAGE, Manifest
-from grader.process import Died, Missing
-from grader.records import Cause, Death, Evidence, Finding, Outcome, Verdict
+from grader.outcomes import outcome_of, was_killed
+from grader.process import MachineError
+from grader.records import Evidence, Finding, Outcome, PytestError, SelectionError
+from grader.replay.pinpoint import pinned
 from grader.retrial import retried
 from grader.texts import Texts
-from grader.workshop import NotBuilt, Workshop
+from grader.workshop import Workshop
 
 CHECKS = PACKAGE / "checks"
 MAX_OUTPUT = 1000  # characters of what a check's code printed that go into the report
+# How often a check is run whose process is killed each time; and how often in all for that reason.
+TRIES = 3
+RERUNS = 6
+# Parts of pytest that would only take time here: they look after tests that print, warn, assert.
+_UNUSED = (
+    *("assertion", "cacheprovider", "capture", "doctest", "faulthandler", "junitxml", "logging"),
+    *("pastebin", "recwarn", "setuponly", "setupplan", "stepwise", "subtests", "terminal"),
+    *("threadexception", "tmpdir", "unittest", "unraisableexception"),
+)
 _PRINTING = (Outcome.FAILED, Outcome.TIMEOUT, Outcome.CRASHED)
 _STUDENT = pytest.StashKey[Student]()
-
-
-class SelectionError(Exception):
-    """The keyword cannot be read (`malformed`), or no check matches it."""
-
-    def __init__(self, malformed: bool) -> None:
-        super().__init__(malformed)
-        self.malformed = malformed
-
-
-class PytestError(Exception):
-    """pytest itself failed: the grader's fault."""
+_CHECK = pytest.StashKey[str]()
 
 
 def run_checks(
@@ -59,9 +60,9 @@ def run_checks(
     os.environ["PYTEST_DISABLE_PLUGIN_AUTOLOAD"] = "1"
     plugin = GraderPlugin(workshop, rules, tp, folder)
     arguments = ["-c", os.devnull, "--rootdir", str(CHECKS), "--strict-markers", "-W", "ignore"]
-    arguments += ["-p", "no:terminal", "-p", "no:cacheprovider", "--import-mode=importlib"]
+    arguments += ["--import-mode=importlib", *(f"-pno:{name}" for name in _UNUSED)]
     arguments += ["-k", keyword] if keyword else []
-    with contextlib.redirect_stderr(io.StringIO()) as said:
+    with contextlib.redirect_stderr(io.StringIO()) as said, contextlib.closing(plugin.ahead):
         status = pytest.main([*arguments, str(CHECKS)], plugins=[plugin])
     if status == pytest.ExitCode.USAGE_ERROR:
         raise SelectionError(malformed=True)
@@ -72,10 +73,26 @@ def run_checks(
     if keyword and not plugin.findings:
         raise SelectionError(malformed=False)
     findings = retried(plugin.findings, rules, workshop, folder, plugin.again)
+    findings = _pinned(findings, rules, workshop, folder)
     try:
         return named(findings, rules, folder)
     except ExpectedError as error:
         raise PytestError(str(error)) from error
+
+
+def _pinned(
+    findings: list[Finding], rules: Manifest, workshop: Workshop, folder: Path
+) -> list[Finding]:
+    """Return the findings; those on wrong pictures that will be shown tell of their worst pixel."""
+
+    def looked_at(finding: Finding, outcome: Outcome) -> Finding:
+        if outcome is not Outcome.FAILED or not finding.evidence.spots or finding.evidence.pinned:
+            return finding
+        exercise = rules.exercise(rules.checks()[finding.check].exercise)
+        return pinned(finding, workshop.student(exercise.file, folder, exercise.functions))
+
+    outcomes = [each.outcome for each in marked(findings, rules)]
+    return [looked_at(*pair) for pair in zip(findings, outcomes, strict=True)]
 
 
 class GraderPlugin:
@@ -95,33 +112,38 @@ class GraderPlugin:
         self._folder = folder
         self._texts = texts  # in which pytest's own report tells what is wrong
         self._items: dict[str, pytest.Function] = {}
+        self.ahead = Ahead(rules, self._run_ahead)
+        self._reruns = RERUNS
+        self._out_of_memory = _out_of_memory()
 
     def pytest_configure(self, config: pytest.Config) -> None:
         """Declare the marker that ties a test to its check."""
         # What became of a test is read from its exception: its traceback would take seconds.
         config.option.tbstyle = "no"
-        config.addinivalue_line("markers", "check(id): the check of exercises.toml that a test is")
+        config.addinivalue_line("markers", "check(id, counts=False): its check in exercises.toml")
 
     @pytest.hookimpl(wrapper=True)
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> Generator[None]:
-        """Keep what is asked for, and the twins without which it could earn nothing.
-
-        Pictures come last: what loops is known by then.
-        """
+        """Keep what is asked for, and the twins without which it could earn nothing."""
         everything = list(items)
         yield
         checks = self._rules.checks()
         wanted = {_check_id(item) for item in items}
         wanted |= {checks[each].twin for each in wanted}
-        items[:] = [
-            item
-            for item in sorted(
-                everything, key=lambda each: _check_id(each).split(".")[1] == "scene"
-            )
-            if _check_id(item) in wanted
+        self._items = {
+            _check_id(item): item
+            for item in everything
+            if isinstance(item, pytest.Function)
+            and _check_id(item) in wanted
             and self._is_asked(self._rules.exercise(checks[_check_id(item)].exercise).tp)
-        ]
-        self._items = {_check_id(each): each for each in items if isinstance(each, pytest.Function)}
+        }
+        counting = {checks[name].exercise for name in filter(self._counts, self._items)}
+        pictures = any(map(is_picture, self._items))
+        if counting or pictures:
+            self._workshop.prepare_plain(pictures)
+        for exercise in counting:
+            self._workshop.prepare_counted(self._rules.exercise(exercise).file)
+        items[:] = [self._items[name] for name in self.ahead.order([*self._items])]
 
     def _is_asked(self, tp: int) -> bool:
         return course.load().is_counted(tp) if self._tp is None else tp == self._tp
@@ -129,10 +151,16 @@ class GraderPlugin:
     @pytest.fixture
     def student(self, request: pytest.FixtureRequest) -> Student:
         """Return the submission under judgement, for one check."""
-        check = self._rules.checks()[_check_id(request.node)]
-        exercise = self._rules.exercise(check.exercise)
+        self.ahead.result(_check_id(request.node))
+        return self._student(request.node)
+
+    def _student(self, item: pytest.Item) -> Student:
+        """Return the submission that an item judges; another in each run."""
+        if (known := item.stash.get(_STUDENT, None)) is not None:
+            return known
+        exercise = self._rules.exercise(self._rules.checks()[_check_id(item)].exercise)
         student = self._workshop.student(exercise.file, self._folder, exercise.functions)
-        request.node.stash[_STUDENT] = student
+        item.stash[_STUDENT] = student
         return student
 
     @pytest.hookimpl(wrapper=True)
@@ -143,22 +171,63 @@ class GraderPlugin:
         report = yield
         if call.when == "call" or (call.when == "setup" and call.excinfo is not None):
             error = call.excinfo.value if call.excinfo else None
-            self.findings.append(_finding(item, error, call.duration))
+            ran = self.ahead.result(_check_id(item))
+            finding = _finding(item, error, ran.seconds if ran else call.duration)
+            self.findings.append(finding)
+            self.ahead.heard(finding.check, finding.outcome)
             if report.failed and self._texts:
                 report.longrepr = self._told(self.findings[-1])
         return report
+
+    def _counts(self, check: str) -> bool:
+        """Say whether a check counts how often objects are tested."""
+        marker = self._items[check].get_closest_marker("check")
+        return marker is not None and bool(marker.kwargs.get("counts"))
 
     def again(self, check: str, student: Student) -> Finding:
         """Run a check again, on another build of the submission."""
         item = self._items[check]
         item.stash[_STUDENT] = student
-        error: Exception | None = None
+        start = time.perf_counter()
+        finding = _finding(item, self._raised(item), time.perf_counter() - start)
+        return pinned(finding, student)
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_pyfunc_call(self, pyfuncitem: pytest.Function) -> bool:
+        """Run a check, unless that was done ahead."""
+        ran = self.ahead.result(_check_id(pyfuncitem))
+        if error := ran.error if ran else self._raised(pyfuncitem):
+            raise error
+        return True
+
+    def _run_ahead(self, check: str) -> Ran:
+        """Run a check; for another thread."""
         start = time.perf_counter()
         try:
-            item.obj(student)
-        except Exception as raised:  # as with pytest, whatever it is becomes the finding
+            self._student(self._items[check])
+            error = self._raised(self._items[check])
+        except Exception as raised:  # it is met again in the check's turn
             error = raised
-        return _finding(item, error, time.perf_counter() - start)
+        return Ran(error, time.perf_counter() - start)
+
+    def _raised(self, item: pytest.Function) -> Exception | None:
+        """Run a check; return what it raises.
+
+        It is run again when its process was killed, which may have been done from outside: what
+        kills itself does so each time. It is no fault of its own where memory runs out.
+        """
+        error = _raised(item)
+        for _ in range(TRIES - 1):
+            if not was_killed(error):
+                return error
+            if not self._reruns:
+                break
+            self._reruns -= 1
+            item.stash[_STUDENT] = item.stash[_STUDENT].anew()
+            error = _raised(item)
+        if was_killed(error) and _out_of_memory() != self._out_of_memory:
+            return MachineError("the machine is short of memory, and kills processes")
+        return error
 
     def _told(self, finding: Finding) -> str:
         """Return the sentence and the question that the student's report would have."""
@@ -178,15 +247,17 @@ class GraderPlugin:
 
 
 def _check_id(item: pytest.Item) -> str:
-    marker = item.get_closest_marker("check")
-    if marker is None:
-        raise PytestError(f"{item.nodeid} has no check marker")
-    return str(marker.args[0])
+    if _CHECK not in item.stash:
+        marker = item.get_closest_marker("check")
+        if marker is None:
+            raise PytestError(f"{item.nodeid} has no check marker")
+        item.stash[_CHECK] = str(marker.args[0])
+    return item.stash[_CHECK]
 
 
 def _finding(item: pytest.Item, error: BaseException | None, seconds: float) -> Finding:
     student = item.stash.get(_STUDENT, None)
-    outcome, verdict, location = _outcome(error)
+    outcome, verdict, location = outcome_of(error)
     document = getattr(getattr(item, "function", None), "__doc__", None) or item.name
     return Finding(
         check=_check_id(item),
@@ -203,24 +274,17 @@ def _finding(item: pytest.Item, error: BaseException | None, seconds: float) -> 
     )
 
 
-def _outcome(error: BaseException | None) -> tuple[Outcome, Verdict | None, str]:
-    """Say what a check's exception means; whatever is not known is the grader's own fault."""
-    if error is None:
-        return Outcome.PASSED, None, ""
-    if isinstance(error, Wrong):
-        return Outcome.FAILED, error.verdict, ""
-    if isinstance(error, Fatal):
-        return _death(error.death, error.call)
-    if isinstance(error, Died):  # before any call: while loading
-        return _death(error.death, "")
-    if isinstance(error, Missing):
-        return Outcome.FAILED, Verdict("failure.missing", {"name": error.name}), ""
-    if isinstance(error, NotBuilt):
-        return Outcome.FAILED, error.verdict, ""
-    detail = f"{type(error).__name__}: {error}".splitlines()[0][:300]
-    return Outcome.ERROR, Verdict("failure.error", {"detail": detail}), ""
+def _raised(item: pytest.Function) -> Exception | None:
+    try:
+        item.obj(item.stash[_STUDENT])
+    except Exception as error:  # as with pytest, whatever it is becomes the finding
+        return error
+    return None
 
 
-def _death(death: Death, call: str) -> tuple[Outcome, Verdict, str]:
-    outcome = Outcome.TIMEOUT if death.cause is Cause.TIMEOUT else Outcome.CRASHED
-    return outcome, deaths.verdict(death, call), death.location
+def _out_of_memory() -> str:
+    """Return how many processes the kernel has killed for want of memory; "" when it hides it."""
+    with contextlib.suppress(OSError):
+        lines = Path("/proc/vmstat").read_text(encoding="ascii").splitlines()
+        return next((line for line in lines if line.startswith("oom_kill ")), "")
+    return ""

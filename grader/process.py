@@ -19,6 +19,7 @@ import socket
 import subprocess
 import sys
 import tempfile
+import threading
 from collections.abc import Iterator, Mapping
 from functools import cache, partial
 from pathlib import Path
@@ -50,6 +51,8 @@ SANITIZER_OPTIONS = {
     # should.
     # Addresses are turned into lines out here, where there is a /proc.
     "ASAN_OPTIONS": "detect_leaks=0:abort_on_error=1:allocator_may_return_null=1"
+    # Memory that nobody has written holds no zeros: who counts on them is wrong.
+    ":max_malloc_fill_size=1048576"
     # Files that define a global twice are judged all the same.
     ":detect_odr_violation=0:symbolize=0:handle_abort=0",
     "UBSAN_OPTIONS": "abort_on_error=1:symbolize=0",
@@ -74,6 +77,7 @@ def start_worker(preload: str = "") -> Iterator[Process]:
         stack.callback(shutil.rmtree, folder, ignore_errors=True)
         stack.enter_context(ours)
         errors = stack.enter_context(tempfile.TemporaryFile())
+        control = Control(ours, errors)  # before the worker says who it is
         environment = _environment(isolation, preload)
         with theirs:
             popen = subprocess.Popen(
@@ -87,7 +91,7 @@ def start_worker(preload: str = "") -> Iterator[Process]:
                 cwd=stage(),
             )
         try:
-            process = Process(Control(ours, errors), isolation, inbox)
+            process = Process(control, isolation, inbox)
             stack.callback(process.close)
             yield process
         finally:
@@ -129,6 +133,7 @@ class Process:
         self._numbers = itertools.count(1)
         self._spares: dict[_Kind, Channel] = {}
         self._seen: set[_Kind] = set()
+        self._choosing = threading.Lock()  # threads may start sessions at the same time
         machine = "" if isolation.level is Level.PORTABLE else platform.machine()
         strong = isolation.level is Level.STRONG
         paths = ["/"] if strong else [*bubble.readable(), str(stage()), str(inbox)]
@@ -141,7 +146,8 @@ class Process:
         (self._inbox / path.name).chmod(0o644)
         strong = self._isolation.level is Level.STRONG
         inside = f"{INSIDE_INBOX if strong else self._inbox}/{path.name}"
-        head = {"do": "library", "key": library, "path": inside, "sanitized": sanitized}
+        # Where it lies out here is nobody's business inside.
+        head = {"do": "library", "key": path.name, "path": inside, "sanitized": sanitized}
         self._control.tell(head, library_source(cdef, library))
 
     @contextlib.contextmanager
@@ -151,11 +157,13 @@ class Process:
         From the second of a kind on, one more is made ready meanwhile, for the next time.
         """
         kind = (library, limits)
-        channel = self._spares.pop(kind, None) or self._start(kind)
+        with self._choosing:
+            channel = self._spares.pop(kind, None) or self._start(kind)
         try:
-            if kind in self._seen:
-                self._spares[kind] = self._start(kind)
-            self._seen.add(kind)
+            with self._choosing:
+                if kind in self._seen and kind not in self._spares:
+                    self._spares[kind] = self._start(kind)
+                self._seen.add(kind)
             try:
                 channel.begin()
             except NotLocked as error:
@@ -172,7 +180,7 @@ class Process:
     def _start(self, kind: _Kind) -> Channel:
         library, limits = kind
         number, size = next(self._numbers), self._size()
-        head: dict[str, Any] = {"do": "fork", "session": number, "key": library}
+        head: dict[str, Any] = {"do": "fork", "session": number, "key": Path(library).name}
         head |= {"cpu": math.ceil(limits.cpu), "each_call": limits.each_call}
         head["space"] = size + limits.memory + frames.SHARED_BYTES if size else 0
         ours, theirs = socket.socketpair()

@@ -17,6 +17,22 @@ class Told(Exception):
         self.values = values
 
 
+class BindError(Exception):
+    """The given headers cannot be preprocessed or read: not the submission's fault."""
+
+
+class SelectionError(Exception):
+    """The keyword cannot be read (`malformed`), or no check matches it."""
+
+    def __init__(self, malformed: bool) -> None:
+        super().__init__(malformed)
+        self.malformed = malformed
+
+
+class PytestError(Exception):
+    """pytest itself failed: the grader's fault."""
+
+
 class Outcome(str, Enum):
     """What became of one check."""
 
@@ -38,6 +54,7 @@ class Cause(str, Enum):
     LOAD = "load"  # the library cannot be loaded: a global is missing
     MEMORY = "memory"  # none was left to go on with
     STRAY_WRITE = "stray_write"  # a write just before a table, seen after the call
+    KILLED = "killed"  # by SIGKILL, which nothing of ours sent: by itself, or from outside
 
 
 class BuildStatus(str, Enum):
@@ -175,6 +192,27 @@ class Verdict:
 
 
 @dataclass(frozen=True)
+class Spot:
+    """A pixel of a wrong picture, such as "scene0.flat": column, row, and what was drawn there."""
+
+    picture: str
+    i: int
+    j: int
+    color: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Pinned:
+    """A pixel of a wrong picture: the first value that goes wrong there, or how the code ended."""
+
+    picture: str
+    i: int
+    j: int
+    told: Verdict | None = None  # None: no value is named
+    location: str = ""  # where the code was when it ended, "file:line"
+
+
+@dataclass(frozen=True)
 class Evidence:
     """What a failed check shows beside its sentence."""
 
@@ -182,6 +220,8 @@ class Evidence:
     reproducer: str = ""  # C statements that make the simplest failing call
     images: Mapping[str, bytes] = field(default_factory=dict)  # PNG: expected, got, difference
     mistakes: tuple[str, ...] = ()  # ids of the known mistakes that give the same answers
+    spots: tuple[Spot, ...] = ()  # of a wrong picture, those to look at, the first one first
+    pinned: Pinned | None = None
 
 
 @dataclass(frozen=True)
@@ -201,6 +241,16 @@ class Finding:
     through: tuple[str, ...] = ()  # exercises in whose place the reference stood when it passed
     alone: bool = False  # wrong with the reference's versions of all that it needs: its own fault
     testimony: Mapping[str, Any] = field(default_factory=dict)  # what was wrong: see testimony.py
+
+
+@dataclass(frozen=True)
+class Pixel:
+    """The pixel of a wrong picture to look at: column, row, and a sentence on it."""
+
+    picture: str  # such as "scene0.flat"
+    i: int
+    j: int
+    told: str
 
 
 @dataclass(frozen=True)
@@ -224,6 +274,7 @@ class CheckResult:
     mistakes: tuple[str, ...] = ()
     reproducer: str = ""
     images: Mapping[str, bytes] = field(default_factory=dict)  # PNG by role
+    pixel: Pixel | None = None
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,10 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import re
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict
 from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
@@ -34,6 +36,8 @@ MAX_ERRORS = 20
 MAX_ERROR_LINES = 12  # source, caret, and a note or two
 EXCERPT_LINES = 5  # of the source, on either side of the line of a crash
 MAX_COLUMNS = 200  # of such a line
+IMAGES = "images"  # folder beside results.json
+_IMAGE = re.compile(r"tp\d+(\.\w+)+-[a-z]+\.png")  # what image_name gives
 
 
 def as_json(report: Report, texts: Texts) -> dict[str, Any]:
@@ -138,7 +142,23 @@ def _error(error: Diagnostic, texts: Texts) -> dict[str, Any]:
 
 def write(path: Path, content: dict[str, Any]) -> None:
     """Write results.json whole. Raises OSError."""
-    write_text(path, json.dumps(content, ensure_ascii=False, indent=1) + "\n")
+    write_text(path, _laid_out(content))
+
+
+def _laid_out(content: Row) -> str:
+    """Return JSON with a line for each entry, and for each item of its lists.
+
+    json's own indentation is written in Python, and takes ten times as long.
+    """
+    rows = (f" {json.dumps(name)}: {_lines(value)}" for name, value in content.items())
+    return "{\n" + ",\n".join(rows) + "\n}\n"
+
+
+def _lines(value: Any) -> str:
+    if not isinstance(value, list) or not value:
+        return json.dumps(value, ensure_ascii=False)
+    items = (f"  {json.dumps(each, ensure_ascii=False)}" for each in value)
+    return "[\n" + ",\n".join(items) + "\n ]"
 
 
 def write_text(path: Path, text: str) -> None:
@@ -196,14 +216,22 @@ def _exercise(result: ExerciseResult) -> dict[str, Any]:
 
 def image_name(result: CheckResult, role: str) -> str:
     """Return where a picture of a check stands, beside results.json."""
-    return f"images/{result.id}-{role}.png"
+    return f"{IMAGES}/{result.id}-{role}.png"
 
 
 def write_images(folder: Path, checks: Sequence[CheckResult]) -> None:
-    """Write the pictures of the checks beside results.json. Raises OSError."""
+    """Write the pictures of the checks beside results.json, in the place of an earlier run's.
+
+    Nothing else in their folder is touched. Raises OSError.
+    """
+    written = set()
     for result in checks:
         for role, content in result.images.items():
             write_bytes(folder / image_name(result, role), content)
+            written.add(folder / image_name(result, role))
+    for path in (folder / IMAGES).glob("*.png"):
+        if _IMAGE.fullmatch(path.name) and path not in written:
+            path.unlink(missing_ok=True)
 
 
 def _check(result: CheckResult, files: Mapping[str, bytes]) -> dict[str, Any]:
@@ -225,5 +253,6 @@ def _check(result: CheckResult, files: Mapping[str, bytes]) -> dict[str, Any]:
         "mistakes": list(result.mistakes),
         "reproducer": result.reproducer,
         "images": {role: image_name(result, role) for role in result.images},
+        **({"pixel": asdict(result.pixel)} if result.pixel else {}),
         "seconds": round(result.seconds, 3),
     }

@@ -8,9 +8,9 @@ when it does not, the fault is its own.
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from itertools import groupby
 from pathlib import Path
 
 from grader import substitute
@@ -39,21 +39,25 @@ def retried(
         key=lambda check: (len(rules.needed(check)), check.exercise),
     )
     ahead = unwritten(findings, rules)
-    for names, group in groupby(order, lambda check: _replaced(check, found, rules)):
-        due = [
-            check
-            for check in group
-            if names and check.exercise not in ahead and is_judged(found[check.id], check)
-        ]
-        for name in (check.id for check in due if _loops(found[check.id], rules)):
-            found[name] = replace(found[name], alone=True)
-        due = [check for check in due if not found[check.id].alone]
-        if not due:
-            continue
-        with workshop.mixed(names, folder) as lend:
-            for check in due:
-                second = again(check.id, lend(rules.exercise(check.exercise).functions))
-                found[check.id] = _settled(found, check, second, rules)
+    lent: frozenset[str] = frozenset()
+    looping: set[str] = set()  # exercises that do so among the reference's functions too
+    with contextlib.ExitStack() as stack:
+        for check in order:
+            if check.exercise in ahead or not is_judged(found[check.id], check):
+                continue
+            if not (names := _replaced(check, found, rules)):
+                continue
+            looped = found[check.id].outcome is Outcome.TIMEOUT and check.exercise in looping
+            if looped or _loops(found[check.id], rules):
+                found[check.id] = replace(found[check.id], alone=True)
+                continue
+            if names != lent:
+                stack.close()
+                lend, lent = stack.enter_context(workshop.mixed(names, folder)), names
+            second = again(check.id, lend(rules.exercise(check.exercise).functions))
+            if second.outcome is Outcome.TIMEOUT:
+                looping.add(check.exercise)
+            found[check.id] = _settled(found, check, second, rules)
     return _blamed([found[each.check] for each in findings], rules)
 
 
@@ -79,14 +83,35 @@ def _replaced(check: Check, found: Mapping[str, Finding], rules: Manifest) -> fr
     wrong = at_fault(found.values(), rules)
     exercises = rules.needed(check) - (set(check.judges) - wrong)
     names = {name for each in exercises for name in rules.exercise(each).functions}
-    return frozenset(names - set(rules.exercise(check.exercise).functions))
+    return frozenset(names - judged(check, found, rules))
+
+
+def judged(check: Check, found: Mapping[str, Finding], rules: Manifest) -> frozenset[str]:
+    """Return the functions of its own exercise that a check judges, one of them at least.
+
+    One that is wrong in another exercise need not be, once a check of its own has passed.
+    """
+    wrong = rules.needed(check) & at_fault(found.values(), rules)
+    faulty = {name for each in wrong for name in rules.exercise(each).functions}
+    own = frozenset(rules.exercise(check.exercise).functions)
+
+    def is_proven(name: str) -> bool:
+        proof = found.get(check.proven.get(name, ""))
+        return proof is not None and proof.outcome is Outcome.PASSED
+
+    kept = frozenset(name for name in own if name not in faulty or not is_proven(name))
+    return kept or own
 
 
 def _loops(finding: Finding, rules: Manifest) -> bool:
-    """Say whether the loop is in the exercise's own function: it would take as long again."""
+    """Say whether the loop is in the exercise's own function, or in what the code does when loaded.
+
+    It would take as long again.
+    """
     values = finding.verdict.values if finding.verdict else {}
     own = rules.exercise(rules.checks()[finding.check].exercise).functions
-    return finding.outcome is Outcome.TIMEOUT and values.get("function") in own
+    in_own = values.get("function") in own or values.get("call") == ""
+    return finding.outcome is Outcome.TIMEOUT and in_own
 
 
 def _settled(
@@ -97,7 +122,7 @@ def _settled(
     guilty = rules.needed(check) & at_fault(found.values(), rules)
     if second.outcome is Outcome.PASSED:
         return replace(second, through=tuple(sorted(check.needs)), output="")
-    own = set(rules.exercise(check.exercise).functions)
+    own = judged(check, found, rules)
     shared = any(own & set(rules.exercise(each).functions) for each in guilty)
     if check.exercise in second.todo:
         return second

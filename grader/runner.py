@@ -39,6 +39,7 @@ thread that opened the core.
 from __future__ import annotations
 
 import contextlib
+import json
 import sys
 from collections.abc import Iterator, Sequence
 from functools import cached_property
@@ -50,6 +51,7 @@ import numpy as np
 from grader.arguments import Address, Array, Reply, packed, unpacked
 from grader.build import BuildError, build
 from grader.dtypes import Types, first, pack, unpack
+from grader.files import write_whole
 from grader.intake import read_submission
 from grader.manifest import ROOT
 from grader.process import Channel, Died, Limits, MachineError, Missing, Process, start_worker
@@ -89,11 +91,20 @@ class Core:
     def constants(self) -> dict[str, float]:
         """The headers' numbers (#define and enum) by their names.
 
-        They come from a library without the submission, which could tell others. Raises
-        MachineError when C and cffi disagree on a struct.
+        They come from a library without the submission, which could tell others, and are kept
+        beside it. Raises MachineError when C and cffi disagree on a struct.
         """
-        with self._process.fork(self.library.tables, DEFAULT_LIMITS) as channel:
-            return Session(self, channel).read_tables()
+        kept = Path(self.library.tables).with_suffix(".json")
+        try:
+            layout, numbers = json.loads(kept.read_text(encoding="utf-8"))
+        except (OSError, ValueError, TypeError):
+            with self._process.fork(self.library.tables, DEFAULT_LIMITS) as channel:
+                layout, numbers = Session(self, channel).read_tables()
+            with contextlib.suppress(OSError):  # a cache that cannot be written costs time only
+                write_whole(kept, json.dumps([layout, numbers]).encode())
+        if tuple(layout) != self.types.layout:
+            raise MachineError("the compiler and cffi disagree on the layout of a struct")
+        return dict(zip(self.types.binding.constants, map(float, numbers), strict=True))
 
     def dtype(self, ctype: str) -> np.dtype[Any]:
         """Return the numpy dtype of a C type, such as "ray"."""
@@ -178,13 +189,10 @@ class Session:
         """
         return self._channel.interrupt()
 
-    def read_tables(self) -> dict[str, float]:
-        """Return the constants that the shim holds, once its layout is known to be cffi's."""
-        layout = tuple(int(each) for each in self.get("mrt_layout"))
-        if layout != self._core.types.layout:
-            raise MachineError("the compiler and cffi disagree on the layout of a struct")
-        names = self._core.types.binding.constants
-        return dict(zip(names, map(float, self.get("mrt_constants")), strict=True))
+    def read_tables(self) -> tuple[list[int], list[float]]:
+        """Return the sizes and offsets of the structs that the shim holds, and the constants."""
+        layout, constants = self.get("mrt_layout"), self.get("mrt_constants")
+        return [*map(int, layout)], [*map(float, constants)]
 
     def _variable(self, name: str) -> np.dtype[Any]:
         binding = self._core.types.binding

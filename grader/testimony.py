@@ -8,6 +8,7 @@ the checks of an exercise have made the same mistake there, or mistakes that no 
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,6 +16,9 @@ import numpy as np
 import numpy.typing as npt
 
 Array = npt.NDArray[Any]
+
+# Names of what is no answer.
+_PICTURE, _SUSPECT = "picture ", "suspect "
 
 
 @dataclass(frozen=True)
@@ -73,7 +77,26 @@ class Testimony:
                 values = np.asarray(got)[cases].reshape(len(cases), -1).astype(np.float32)
             self.parts[name] = Part(cases, values, tolerance)
 
+    def look_at(self, picture: str, suspects: Iterable[str] = ()) -> None:
+        """Put down which expected picture was looked at, and the mistakes that may explain it."""
+        for name in (_PICTURE + picture, *(_SUSPECT + each for each in suspects)):
+            self.parts[name] = Part(np.zeros(0, np.int64), np.zeros((0, 1), np.float32))
+
     def note_mask(self, name: str, mask: Array) -> None:
         """Note a mask of a picture by its digest, unless it is empty."""
         digest = hashlib.sha256(np.packbits(mask).tobytes()).digest()[:8]
         self.note(name, np.frombuffer(digest, np.uint8)[None], np.array([mask.any()]))
+
+
+def pictures(parts: Iterable[str]) -> list[str]:
+    """Return the pictures that a check looked at, from the names in its testimony."""
+    return _of_kind(_PICTURE, parts)
+
+
+def suspects(parts: Iterable[str]) -> list[str]:
+    """Return the known mistakes that may explain a picture, from the names in a testimony."""
+    return _of_kind(_SUSPECT, parts)
+
+
+def _of_kind(kind: str, parts: Iterable[str]) -> list[str]:
+    return [name.removeprefix(kind) for name in parts if name.startswith(kind)]

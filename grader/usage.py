@@ -7,6 +7,7 @@ import re
 import sys
 from typing import Any, NoReturn
 
+from grader.records import Told
 from grader.texts import Texts
 
 # What argparse says of a wrong command line, and our sentence for it.
@@ -20,6 +21,10 @@ _COMPLAINTS = (
     (r"argument (?P<name>.*): invalid \w+ value: (?P<got>.*)", "usage.bad_value"),
     (r"argument (?P<name>.*): expected one argument", "usage.no_value"),
 )
+
+
+class UsageError(Told):
+    """The command line asks for something that is not there."""
 
 
 class Parser(argparse.ArgumentParser):

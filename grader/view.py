@@ -205,6 +205,8 @@ class View:
             if printed:
                 yield f"  {self.texts.say('report.printed')}", ""
                 yield from ((f"    {line[:MAX_PRINTED_WIDTH]}", "dim") for line in printed)
+        pixels = [each["pixel"] for each in checks if "pixel" in each]
+        yield from ((f"  {pixel['told']}", "") for pixel in pixels[:1])
         if len(checks) > len(shown):
             keyword = checks[0]["id"].split(".")[1]
             count = len(checks) - len(shown)

@@ -1,24 +1,33 @@
-"""A submission ready to be judged: its libraries, made in the background, and their workers."""
+"""A submission ready to be judged: its libraries, made in the background, and their workers.
+
+The compiler starts before this process has numpy and all that follows: they are imported when the
+first library is asked for.
+"""
 
 from __future__ import annotations
 
 import contextlib
+import threading
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from concurrent.futures import Future
 from contextlib import ExitStack
-from functools import cache, cached_property, partial
+from functools import cache, partial
 from pathlib import Path
 from types import TracebackType
+from typing import TYPE_CHECKING
 
-from grader import diagnostics, expected, manifest, substitute, toolchain
+from grader import diagnostics, manifest, originals, sizes, substitute, toolchain
 from grader.build import Builder, Built
-from grader.judge import PICTURE_SIZE, Student
 from grader.process import Process, start_worker
 from grader.records import BuildResult, BuildStatus, Death, Submission, Target, Verdict
-from grader.runner import Core
-from grader.shapes import Size
+from grader.sizes import Size
 from grader.toolchain import Compiler
 
+if TYPE_CHECKING:
+    from grader.judge import Student
+    from grader.runner import Core
+
+Begin = Callable[[], Future[Built]]
 Make = Callable[[], BuildResult]  # waits until it is built
 
 
@@ -30,8 +39,8 @@ class NotBuilt(Exception):
         self.verdict = verdict
 
 
-def _result(future: Future[Built]) -> BuildResult:
-    return future.result().result
+def _result(begin: Begin) -> BuildResult:
+    return begin().result().result
 
 
 class _Kit:
@@ -43,6 +52,7 @@ class _Kit:
         self._cores: dict[str, Core] = {}
         self._workers: dict[str, Process] = {}
         self._stack = ExitStack()
+        self._making = threading.Lock()  # pictures may be drawn by a thread of their own
 
     def start(self, preload: str) -> Process:
         """Return the worker in which that is loaded before everything else."""
@@ -69,49 +79,69 @@ class _Kit:
     def _core(self, result: BuildResult) -> Core:
         if result.status is not BuildStatus.BUILT:
             raise NotBuilt(Verdict("failure.not_linked"))
-        if result.library not in self._cores:
-            self._cores[result.library] = Core(self.start(result.preload), result)
-        return self._cores[result.library]
+        from grader.runner import Core
+
+        with self._making:
+            if result.library not in self._cores:
+                self._cores[result.library] = Core(self.start(result.preload), result)
+            return self._cores[result.library]
 
 
 class Workshop:
     """The libraries of one submission; a context manager.
 
     They are made in the background from the beginning: the one for functions first, whose checks
-    need not wait for the others. `flags` are added to the compiler's.
+    need not wait for the others; with `lazy`, the others when they are asked for. `flags` are added
+    to the compiler's.
     """
 
     def __init__(
         self,
         submission: Submission,
-        sizes: Sequence[Size],
+        drawn: Sequence[Size],
         folder: Path,
         compiler: Compiler | None = None,
         flags: tuple[str, ...] = (),
+        *,
+        lazy: bool = False,
     ) -> None:
         self.submission = submission
         self._folder = folder  # of what is made
         self._stack = ExitStack()
         self._builder = self._stack.enter_context(Builder(submission, folder, compiler))
         self._flags = flags
+        self._begun: dict[Target, Future[Built]] = {}
+        self._beginning = threading.Lock()
         runtime = toolchain.sanitizer_runtime(self._builder.compiler)
         # Wrong accesses to memory show best with the sanitizers.
         self.sanitized = bool(runtime)
-        self._first = self._builder.start(Target(*expected.SIZE, self.sanitized, flags))
-        # Pictures are drawn as fast as the program draws them.
-        self._plain = self._builder.start(Target(*PICTURE_SIZE, defines=flags))
-        self._sized = {expected.SIZE: self._first} | {
-            size: self._builder.start(Target(*size, self.sanitized, flags), self._first)
-            for size in sizes
-            if size != expected.SIZE
-        }
+        self._first = self._sized(sizes.UNIT)
+        self._drawn = {sizes.UNIT: None, **dict.fromkeys(drawn)}
+        if not lazy:
+            self._plain()
+            for size in self._drawn:
+                self._sized(size)
         self._kit = _Kit(
-            {size: partial(_result, future) for size, future in self._sized.items()},
+            {size: partial(_result, partial(self._sized, size)) for size in self._drawn},
             partial(_result, self._plain),
-            lambda: _result(self._counted),
+            partial(_result, self._counted),
         )
         self._stack.callback(self._kit.close)
         self._kit.start(runtime)
+
+    def prepare_plain(self, pictures: bool) -> None:
+        """Start the worker without sanitizers, and begin the build for pictures if there are some.
+
+        The worker lives no longer than the thread that calls.
+        """
+        if pictures:
+            self._plain()
+        self._kit.start("")
+
+    def prepare_counted(self, file: str) -> None:
+        """Begin the build that counts, unless the file that it is for is as it was handed out."""
+        if self.submission.files.get(file) != originals.read(self.submission.in_place)[file]:
+            self._counted()
 
     def __enter__(self) -> Workshop:
         return self
@@ -130,8 +160,10 @@ class Workshop:
 
     @property
     def builds(self) -> list[BuildResult]:
-        """What became of each target, the one for functions first; waits for all of them."""
-        return [each.result().result for each in (*self._sized.values(), self._plain)]
+        """What became of each target, the one for functions first; waits for those that began."""
+        with self._beginning:
+            begun = list(self._begun.items())
+        return [each.result().result for target, each in begun if not target.counted]
 
     @property
     def rejected(self) -> dict[str, Verdict]:
@@ -148,6 +180,8 @@ class Workshop:
             raise NotBuilt(Verdict("failure.not_linked"))
         if file in (why := self._why(first)):
             raise NotBuilt(why[file])
+        from grader.judge import Student
+
         return Student(self._kit, folder, own)
 
     @contextlib.contextmanager
@@ -161,24 +195,41 @@ class Workshop:
         """
         with Builder(substitute.reference(), self._folder, self._builder.compiler) as builder:
 
-            def mix(wait: Callable[[], Built]) -> Make:
+            def mix(begin: Begin) -> Make:
                 def make() -> BuildResult:
-                    built = wait()
+                    built = begin().result()
                     solution = builder.start(built.job.target).result()
                     return substitute.substituted(built, solution, names)
 
                 return cache(make)
 
-            sized = {size: mix(each.result) for size, each in self._sized.items()}
-            kit = _Kit(sized, mix(self._plain.result), mix(lambda: self._counted.result()))
+            sized = {size: mix(partial(self._sized, size)) for size in self._drawn}
+            kit = _Kit(sized, mix(self._plain), mix(self._counted))
             with contextlib.closing(kit):
+                from grader.judge import Student
+
                 yield lambda own=(): Student(kit, folder, own)
 
-    @cached_property
+    def _sized(self, size: Size) -> Future[Built]:
+        """Return the build for functions, with pictures of that size."""
+        target = Target(*size, self.sanitized, self._flags)
+        return self._build(target, None if size == sizes.UNIT else self._first)
+
+    def _plain(self) -> Future[Built]:
+        """Return the build for pictures, which are drawn as fast as the program draws them."""
+        return self._build(Target(*sizes.PICTURE, defines=self._flags))
+
     def _counted(self) -> Future[Built]:
-        """The build that counts; few submissions need it, so it begins when it is asked for."""
-        target = Target(*PICTURE_SIZE, defines=self._flags, counted=True)
-        return self._builder.start(target, self._plain)
+        """Return the build that counts, much of which is that for pictures where there is one."""
+        plain = self._begun.get(Target(*sizes.PICTURE, defines=self._flags))
+        return self._build(Target(*sizes.PICTURE, defines=self._flags, counted=True), plain)
+
+    def _build(self, target: Target, like: Future[Built] | None = None) -> Future[Built]:
+        """Return the build of a target; it begins when it is first asked for."""
+        with self._beginning:
+            if target not in self._begun:
+                self._begun[target] = self._builder.start(target, like)
+            return self._begun[target]
 
     def _why(self, result: BuildResult) -> dict[str, Verdict]:
         why = {

@@ -225,7 +225,7 @@ static bool solve_cone(const ray *r, const object *obj, point3 apex, float *firs
         return false;
     }
     /* q adds two numbers of the same sign; the roots are q / a and c / q. A ray along the side (a = 0) has one. */
-    float q = b > 0.f ? -b - sqrtf(discriminant) : -b + sqrtf(discriminant);
+    float q = -(b + copysignf(sqrtf(discriminant), b));
     float t1 = a != 0.f ? q / a : (q != 0.f ? c / q : 0.f);
     float t2 = q != 0.f ? c / q : t1;
     *first = t_nearest + (t1 < t2 ? t1 : t2);
@@ -476,6 +476,17 @@ static material fractal_material(int depth) {
     mat.kr = vector_init(0.06f, 0.06f, 0.06f);
     return mat;
 }
+
+/* The k-th of three directions 50 degrees away from up, a third of a turn apart. */
+static vec3 child_direction(vec3 up, int k) {
+    /* Two directions across up; the first from whichever axis is far enough from it. */
+    vec3 axis = fabsf(up.x) < 0.7f ? vector_init(1.f, 0.f, 0.f) : vector_init(0.f, 1.f, 0.f);
+    vec3 side = vector_normalized(vector_cross(up, axis));
+    vec3 other = vector_cross(side, up);
+    float angle = 2.f * PI * (float)k / 3.f;
+    vec3 around = vector_add(vector_float_mul(cosf(angle), side), vector_float_mul(sinf(angle), other));
+    return vector_normalized(vector_add(vector_float_mul(0.64f, up), vector_float_mul(0.77f, around)));
+}
 /* END SOLUTION */
 
 /* TP5.B2 - Fills the scene with spheres that carry spheres. */
@@ -484,14 +495,8 @@ void populate_spheres(point3 center, float radius, vec3 up, int depth) {
     if (!add_object(init_sphere(center.x, center.y, center.z, radius, fractal_material(depth))) || depth <= 0) {
         return;
     }
-    /* Two directions across up; the first from whichever axis is far enough from it. */
-    vec3 axis = fabsf(up.x) < 0.7f ? vector_init(1.f, 0.f, 0.f) : vector_init(0.f, 1.f, 0.f);
-    vec3 side = vector_normalized(vector_cross(up, axis));
-    vec3 other = vector_cross(side, up);
-    for (int k = 0; k < 3; k++) { /* 50 degrees away from up, a third of a turn apart */
-        float angle = 2.f * PI * (float)k / 3.f;
-        vec3 around = vector_add(vector_float_mul(cosf(angle), side), vector_float_mul(sinf(angle), other));
-        vec3 dir = vector_normalized(vector_add(vector_float_mul(0.64f, up), vector_float_mul(0.77f, around)));
+    for (int k = 0; k < 3; k++) {
+        vec3 dir = child_direction(up, k);
         point3 child = vector_add(center, vector_float_mul(1.25f * radius, dir));
         populate_spheres(child, radius / 4.f, dir, depth - 1);
     }

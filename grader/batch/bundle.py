@@ -7,7 +7,6 @@ import errno
 import os
 import resource
 import shutil
-import sys
 import tempfile
 import threading
 import time
@@ -21,9 +20,9 @@ from grader.batch import gallery
 from grader.batch.records import Bundle, Settings, Task
 from grader.evaluation import report_of
 from grader.isolation.levels import IsolationError, Level, using
-from grader.judge import sizes_for
 from grader.plugin import run_checks
 from grader.records import Report, Submission, Told
+from grader.sizes import sizes_for
 from grader.texts import Texts
 from grader.workshop import Workshop
 
@@ -71,7 +70,7 @@ def _keep(folder: tempfile.TemporaryDirectory[str]) -> Path:
 def grade(task: Task, place: Place | None = None) -> Bundle:
     """Grade a submission. Never raises: what goes wrong is the bundle's `failure`."""
     with _ONE:
-        start, cpu = time.monotonic(), _cpu()
+        start, cpu = time.monotonic(), cpu_seconds()
         where = place or _own_place()
         try:
             _verify_room(where)
@@ -88,7 +87,7 @@ def grade(task: Task, place: Place | None = None) -> Bundle:
         finally:
             where.forget()
         seconds = time.monotonic() - start
-        return replace(bundle, seconds=seconds, cpu=_cpu() - cpu, memory=_memory())
+        return replace(bundle, seconds=seconds, cpu=cpu_seconds() - cpu)
 
 
 def _verify_room(place: Place) -> None:
@@ -128,12 +127,10 @@ def _bundled(task: Task, judged: Report, texts: Texts, shown: Mapping[str, bytes
     return Bundle(task.name, {**files, **shown}, incomplete=content["incomplete"])
 
 
-def _cpu() -> float:
-    """Return the CPU seconds of this process and of what it has run."""
+def cpu_seconds() -> float:
+    """Return the CPU seconds of this process and of what it has run and waited for.
+
+    A sandbox counts once its first process is buried: see isolation/orphans.py.
+    """
     used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
     return sum(each.ru_utime + each.ru_stime for each in used)
-
-
-def _memory() -> int:
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak if sys.platform == "darwin" else peak * 1024

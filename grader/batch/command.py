@@ -21,6 +21,7 @@ from grader.batch.progress import Meter
 from grader.batch.reading import Reading, read_candidate, task_of
 from grader.batch.records import BatchError, Bundle, Graded, Settings, Task
 from grader.course import Course
+from grader.isolation import bubble
 from grader.isolation.canary import CanaryError, prove
 from grader.isolation.levels import IsolationError, Level, using
 from grader.manifest import ManifestError
@@ -29,6 +30,7 @@ from grader.texts import LANGUAGES, Texts, preferred
 from grader.usage import Parser
 
 DONE, WRONG_USE, FAILED, INTERRUPTED = 0, 2, 3, 130
+_WRONG_USE = {f"batch.{key}" for key in ("no_submissions", "not_moodle", "not_ours", "seen")}
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -40,7 +42,7 @@ def main(arguments: Sequence[str]) -> int:
     try:
         return _batch(options, texts)
     except BatchError as error:
-        wrong_use = error.key in ("batch.no_submissions", "batch.not_moodle", "batch.not_ours")
+        wrong_use = error.key in _WRONG_USE
         return _complain(texts.say(error.key, **error.values), WRONG_USE if wrong_use else FAILED)
     except IsolationError as error:
         sentence = f"{error.sentence(texts)} {texts.say('batch.need_strong')}"
@@ -57,6 +59,9 @@ def _batch(options: argparse.Namespace, texts: Texts) -> int:
     rules = _course(options.path)
     if not options.path.exists():
         raise BatchError("batch.no_submissions", path=options.path)
+    for path in (options.path, options.out, options.expected):
+        if path and bubble.is_system(path.resolve()):
+            raise BatchError("batch.seen", path=path)
     if not options.scheduler:
         _prove(Level(options.isolation), texts)
     settings = Settings(
@@ -112,11 +117,13 @@ def _grade(
             found[name] = _graded(each, known)
         else:
             todo[name] = each
-    with Meter(texts, len(todo), Console(file=sys.stderr)) as meter:
+    meter = Meter(texts, len(todo), Console(file=sys.stderr))
+    with desk.writing(desk.work), meter:
         tasks = (task_of(each.candidate, settings) for each in todo.values())
         for bundle in _bundles(tasks, desk, options):
             reading = todo[bundle.name]
             if bundle.failure:
+                desk.verify()  # or all the others would fail too
                 own = Graded(reading.candidate, failure=bundle.failure, parts=reading.parts)
             else:
                 own = _graded(reading, desk.save(bundle, reading.parts))

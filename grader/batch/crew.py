@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import os
+import shutil
 import socket
+import stat
 import subprocess
 import sys
+import tempfile
 import time
 from collections import deque
 from collections.abc import Iterable, Iterator
@@ -16,8 +19,10 @@ from pathlib import Path
 
 from grader.batch.records import Bundle, Task
 from grader.manifest import ROOT
+from grader.texts import Texts
 
-MOST_SECONDS = 900  # for one submission: the last of all deadlines
+# For one submission: the last of all deadlines, beyond what one takes that hangs wherever it can.
+MOST_SECONDS = 1800
 LOOK_SECONDS = 1.0
 END_SECONDS = 5.0
 TRIES = 2
@@ -29,6 +34,7 @@ class _Worker:
 
     process: subprocess.Popen[bytes]
     connection: Connection
+    temporary: Path
     task: Task | None = None
     turn: int = 0
     since: float = 0.0
@@ -38,12 +44,14 @@ class _Worker:
         self.connection.close()
         self.process.kill()
         self.process.wait(END_SECONDS)
+        shutil.rmtree(self.temporary, ignore_errors=True)
 
 
 def run(tasks: Iterable[Task], jobs: int, folder: Path) -> Iterator[Bundle]:
     """Grade; yield each bundle when it is known. What fails for the machine is tried once more.
 
-    `folder` is for what the workers make. They are ended with the iterator.
+    `folder` is for what the workers make, and is there. They are ended with the iterator. Raises
+    OSError.
     """
     waiting = ((task, 1) for task in tasks)
     again: deque[tuple[Task, int]] = deque()
@@ -106,17 +114,19 @@ def _heard(worker: _Worker, task: Task) -> Bundle:
             worker.task = None
             return bundle
     except (EOFError, OSError):
-        return Bundle(task.name, failure="the worker ended before it had answered")
-    return Bundle(task.name, failure=f"no answer after {MOST_SECONDS} s")
+        return Bundle(task.name, failure=_texts(task).say("batch.worker_gone"))
+    return Bundle(task.name, failure=_texts(task).say("batch.worker_late", seconds=MOST_SECONDS))
+
+
+def _texts(task: Task) -> Texts:
+    return Texts(task.settings.language)
 
 
 def _start(folder: Path) -> _Worker:
     ours, theirs = socket.socketpair()
     place = folder / f"builds-{os.getpid()}-{ours.fileno()}-{time.monotonic_ns()}"
-    # What a worker that is killed leaves there goes with the folder.
-    temporary = place.with_name(f"{place.name}-tmp")
-    for each in (place, temporary):
-        each.mkdir(parents=True)
+    place.mkdir()
+    temporary = _temporary(place)
     with theirs:
         process = subprocess.Popen(
             [sys.executable, "-m", "grader.batch.worker", str(theirs.fileno()), str(place)],
@@ -132,4 +142,19 @@ def _start(folder: Path) -> _Worker:
             pass_fds=[theirs.fileno()],
             start_new_session=True,  # Ctrl-C is for the one that was asked
         )
-    return _Worker(process, Connection(ours.detach()))
+    return _Worker(process, Connection(ours.detach()), temporary)
+
+
+def _temporary(place: Path) -> Path:
+    """Make a worker's folder of temporary files; what a killed one leaves there goes with OUT.
+
+    Without a sandbox, whom root becomes must come there through all that is above it: so it lies
+    elsewhere when others cannot enter OUT.
+    """
+    if os.geteuid() == 0 and not all(each.stat().st_mode & stat.S_IXOTH for each in place.parents):
+        folder = Path(tempfile.mkdtemp(prefix="mrt-batch-"))
+        folder.chmod(0o711)
+        return folder
+    folder = place.with_name(f"{place.name}-tmp")
+    folder.mkdir()
+    return folder

@@ -55,6 +55,7 @@ class Desk:
         self.out = out.absolute()
         self.work = self.out / WORK
         self._lock: IO[str] | None = None
+        self._open = False
 
     def __enter__(self) -> Desk:
         with self.writing(self.out):
@@ -72,6 +73,7 @@ class Desk:
             shutil.rmtree(self.work, ignore_errors=True)  # of a batch that was killed
             for name in (STUDENTS, STATE, WORK):
                 (self.out / name).mkdir(exist_ok=True)
+        self._open = True
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -85,8 +87,15 @@ class Desk:
         try:
             yield
         except OSError as error:
+            if self._open:
+                self.verify()
             place = error.filename or path
             raise BatchError("batch.cannot_write", path=place, error=error.strerror) from error
+
+    def verify(self) -> None:
+        """Raise BatchError when the folder is not there any more."""
+        if not (self.out / NAME).is_file():
+            raise BatchError("batch.gone", path=self.out)
 
     def folder(self, name: str) -> Path:
         """Return the folder of a student."""
@@ -104,8 +113,7 @@ class Desk:
 
     def save(self, bundle: Bundle, parts: Mapping[str, str]) -> Known:
         """Write a student's folder, then its state. Raises BatchError."""
-        if not (self.out / NAME).is_file():
-            raise BatchError("batch.gone", path=self.out)
+        self.verify()
         content = bundle.files["results.json"]
         summary = summarised(json.loads(content))
         with self.writing(self.folder(bundle.name)):

@@ -74,7 +74,7 @@ def mark(
     comment = hand.comment if hand else ""
     given = Mark(member, None, comment=comment, why=tuple(why))
     if hand and hand.override is not None:
-        why.append(Verdict("batch.overridden", {"reason": hand.reason}))
+        why += [*_problem(graded), Verdict("batch.overridden", {"reason": hand.reason})]
         return _with(given, value=rounded(hand.override, course), why=why)
     if any(is_named(member, each) for each in course.people.excused):
         return _with(given, why=[*why, Verdict("batch.excused")])
@@ -82,12 +82,17 @@ def mark(
         return _with(given, value=course.people.absent, why=why)
     if member.doubled:
         return given
-    if graded.candidate.problem:
-        return _with(given, why=[*why, graded.candidate.problem])
+    if problem := _problem(graded):
+        return _with(given, why=[*why, *problem])
     if graded.results is None or graded.results["incomplete"]:
         detail = graded.failure or Verdict("batch.incomplete")
         return _with(given, why=[*why, Verdict("batch.failed", {"detail": detail})], error=True)
     return _counted(given, graded.results, hand, days_late(handed, member, course), course)
+
+
+def _problem(graded: Graded | None) -> tuple[Verdict, ...]:
+    """Return why there was nothing to grade; nothing when there was."""
+    return (graded.candidate.problem,) if graded and graded.candidate.problem else ()
 
 
 def _counted(

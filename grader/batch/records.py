@@ -63,7 +63,6 @@ class Bundle:
     files: Mapping[str, bytes] = field(default_factory=dict)
     seconds: float = 0.0
     cpu: float = 0.0
-    memory: int = 0  # the worker's peak, in bytes
     failure: str = ""
     incomplete: bool = False  # a check could not be made: of no value as a mark
 

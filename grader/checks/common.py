@@ -71,17 +71,17 @@ def check_stages(student: Student, suite: str, *, empty: bool = False) -> None:
 def _looks_at_fresnel(bench: Bench, batch: Batch) -> bool:
     """Say whether the answers change with options.fresnel."""
     without = bench.trial(batch).got("result")
-    return not np.array_equal(without, bench.trial(_with(batch, "fresnel")).got("result"))
+    return not np.array_equal(without, bench.trial(with_options(batch, fresnel=True)).got("result"))
 
 
 def _last_stage(batch: Batch) -> Batch:
     """Return the calls with all the features on; their answers are the last that are stored."""
-    return replace(_with(batch, *LATER), answers=batch.answers[-1:])
+    return replace(with_options(batch, **dict.fromkeys(LATER, True)), answers=batch.answers[-1:])
 
 
-def _with(batch: Batch, *features: str) -> Batch:
-    """Return the calls with these features on."""
+def with_options(batch: Batch, **settings: bool) -> Batch:
+    """Return the calls with these fields of `options`."""
     options = batch.globals["options"].copy()
-    for name in features:
-        options[name] = True
+    for name, value in settings.items():
+        options[name] = value
     return replace(batch, globals={**batch.globals, "options": options})

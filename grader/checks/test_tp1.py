@@ -126,6 +126,7 @@ def test_fill_rect_clipped(student: Student) -> None:
             (w - 8, 10, w + 5, 20),
             (0, 0, w, h),
             (-w, -h, 2 * w, 2 * h),
+            (0, 0, 1, 1),
         ],
     )
 
@@ -195,6 +196,7 @@ def test_fill_circle_clipped(student: Student) -> None:
             (12, -4, -4),
             (12, w + 4, h + 4),
             (2 * w, w // 2, h // 2),
+            (1, 0, 0),
         ],
     )
 

@@ -154,6 +154,12 @@ def test_octree_overlap(student: Student) -> None:
     check_results(student, "octree.overlap")
 
 
+@pytest.mark.check("tp4.octree.tall")
+def test_octree_tall(student: Student) -> None:
+    """A cylinder or a cone that reaches into a box overlaps it, be it by its rim or its tip."""
+    check_results(student, "octree.tall")
+
+
 @pytest.mark.check("tp4.octree.hits")
 def test_octree_hits(student: Student) -> None:
     """The tree gives the same hits as the whole list."""
@@ -176,7 +182,7 @@ def test_octree_planes(student: Student) -> None:
         trial.expect("result")
 
 
-@pytest.mark.check("tp4.octree.fewer_tests")
+@pytest.mark.check("tp4.octree.fewer_tests", counts=True)
 def test_octree_fewer_tests(student: Student) -> None:
     """In a crowd, each ray is tested against few of the objects."""
     crowd = max(student.batches("octree.hits"), key=lambda each: len(each.globals["scene"]))

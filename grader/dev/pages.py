@@ -24,6 +24,7 @@ from nbclient.exceptions import CellExecutionError
 from nbconvert import HTMLExporter
 from traitlets.config import Config
 
+from grader.dev.mathml import formulas
 from grader.dev.notebooks import LANGUAGES, NOTEBOOKS
 from grader.dev.skeleton import shown
 from grader.lab.place import VARIABLE
@@ -32,6 +33,10 @@ from grader.manifest import ROOT
 SECONDS = 180  # of one cell
 # What a page without a kernel can show, the best first: no widget.
 SHOWN = ["text/html", "text/markdown", "image/svg+xml", "image/png", "text/plain"]
+# Scripts that would be fetched: for formulas, which are MathML, and widgets, which are not there.
+OUTSIDE = re.compile(r'<script src="https://[^>]*>\s*</script>')
+# On paper nothing can be scrolled: long lines of code are broken.
+PRINTED = "<style>@media print { .highlight pre { white-space: pre-wrap } }</style>"
 IMAGE = re.compile(r"\]\((\.\./images/[\w.]+\.png)\)")
 
 
@@ -74,13 +79,13 @@ def page(notebook: Any, folder: Path, title: str) -> str:
     notebook = copy.deepcopy(notebook)
     for cell in notebook.cells:
         if cell.cell_type == "markdown":
-            cell.source = IMAGE.sub(embedded, cell.source)
+            cell.source = formulas(IMAGE.sub(embedded, cell.source))
     notebook.metadata.pop("widgets", None)  # their state: nothing reads it without a kernel
     settings = Config()
     settings.NbConvertBase.display_data_priority = SHOWN
     exporter = HTMLExporter(config=settings)  # type: ignore[no-untyped-call]
     text, _ = exporter.from_notebook_node(notebook, resources={"metadata": {"name": title}})
-    return str(text)
+    return OUTSIDE.sub("", str(text)).replace("</head>", f"{PRINTED}</head>", 1)
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
-from grader import manifest, toolchain
+from grader import manifest, report, toolchain
+from grader.evaluation import report_of
 from grader.expected import FOLDER
-from grader.grading import conclude
-from grader.judge import sizes_for
 from grader.plugin import run_checks
-from grader.records import CheckResult, Finding, Submission
+from grader.records import CheckResult, Finding, Report, Submission
+from grader.sizes import sizes_for
 from grader.texts import Texts
 from grader.workshop import Workshop
 
@@ -36,12 +38,32 @@ def graded(
     compiler: str = "",
 ) -> list[CheckResult]:
     """Run the checks of a TP (None: of all); `flags` and `compiler` build it in another way."""
+    return list(_report(submission, cache, tp, flags, compiler).checks)
+
+
+def results(
+    submission: Submission, cache: Path, flags: Sequence[str] = (), compiler: str = ""
+) -> dict[str, Any]:
+    """Return the content of results.json, but for what changes from one run to the next."""
+    judged = _report(submission, cache, None, flags, compiler)
+    content = report.as_json(judged, Texts("en"))
+    pictures = {
+        report.image_name(each, role): hashlib.sha256(content).hexdigest()
+        for each in judged.checks
+        for role, content in each.images.items()
+    }
+    checks = [{**each, "seconds": 0} for each in content["checks"]]
+    return {**content, "graded_at": "", "checks": checks, "pictures": pictures}
+
+
+def _report(
+    submission: Submission, cache: Path, tp: int | None, flags: Sequence[str], compiler: str
+) -> Report:
     rules = manifest.load()
     chosen = toolchain.find_compiler(compiler)
     with Workshop(submission, sizes_for(tp), cache, chosen, tuple(flags)) as workshop:
         findings = run_checks(workshop, rules, tp, "")
-        checks, _ = conclude(findings, rules, Texts("en"), rejected=workshop.rejected)
-    return checks
+        return report_of(workshop, rules, findings, Texts("en"))
 
 
 def lost(checks: Sequence[CheckResult]) -> list[CheckResult]:

@@ -15,6 +15,7 @@ import os
 import re
 import subprocess
 import sys
+import tempfile
 import time
 import zipfile
 from collections.abc import Iterator, Mapping, Sequence
@@ -22,7 +23,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 import grader
-from grader import authors, handout, manifest, originals
+from grader import authors, course, handout, manifest, originals
 from grader.dev import leaks, skeleton
 from grader.dev.expected import SEED
 from grader.handout import RECORD, TOP, Release, digest
@@ -192,6 +193,7 @@ def verify(files: Mapping[str, bytes], root: Path) -> None:
     _verify_names(files)
     _verify_expected(files)
     _verify_notebooks(files)
+    _verify_course(files)
     for leak in leaks.find(files, root / "reference", root / "core_c"):
         raise ReleaseError("release.leak", place=leak.place, what=leak.what)
 
@@ -240,6 +242,17 @@ def _verify_notebooks(files: Mapping[str, bytes]) -> None:
             cells = _json(path, content).get("cells", [])
             if any(each.get("outputs") for each in cells):
                 raise ReleaseError("release.outputs", path=path)
+
+
+def _verify_course(files: Mapping[str, bytes]) -> None:
+    """Raise ReleaseError for settings that name persons; ManifestError when they are wrong."""
+    path = f"grader/{course.COURSE.name}"
+    with tempfile.TemporaryDirectory() as folder:
+        place = Path(folder, course.COURSE.name)
+        place.write_bytes(files[path])
+        people = course.load(place).people
+    if people.excused or people.extensions:
+        raise ReleaseError("release.people", path=path)
 
 
 def _json(path: str, content: bytes) -> dict[str, Any]:

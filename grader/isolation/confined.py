@@ -41,6 +41,11 @@ class Ran:
     output: str
     errors: str
 
+    @property
+    def killed(self) -> bool:
+        """Whether somebody has killed it, or what started it: its limits end it otherwise."""
+        return self.status in (-signal.SIGKILL, 128 + signal.SIGKILL)
+
 
 def run_tool(
     command: Sequence[str],

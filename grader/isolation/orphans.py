@@ -11,11 +11,12 @@ import contextlib
 import os
 import signal
 import sys
+from functools import cache
 from pathlib import Path
 from typing import Any
 
-from grader.abi import abi_source
-from grader.worker.lockdown import LIBC, Lock
+from grader.abi import lock_source
+from grader.worker.lockdown import Lock
 
 ROUNDS = 50  # an orphan's own children come in the next one
 
@@ -26,11 +27,21 @@ def guard() -> None:
     For a process that does nothing but grade: a notebook's kernel, or a test's, has other duties.
     """
     if sys.platform.startswith("linux"):
-        names: dict[str, Any] = {}
-        exec(abi_source(LIBC), names)
-        lock = Lock(names["ffi"])
-        lock.close_to_debuggers()
-        lock.adopt_orphans()
+        _lock().close_to_debuggers()
+    adopt()
+
+
+def adopt() -> None:
+    """Be the parent of what children leave behind."""
+    if sys.platform.startswith("linux"):
+        _lock().adopt_orphans()
+
+
+@cache
+def _lock() -> Lock:
+    names: dict[str, Any] = {}
+    exec(lock_source(), names)
+    return Lock(names["ffi"])
 
 
 def sweep() -> None:

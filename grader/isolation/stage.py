@@ -11,14 +11,15 @@ import py_compile
 import shutil
 import tempfile
 from functools import cache
+from importlib.machinery import SourceFileLoader
+from importlib.util import cache_from_source
 from pathlib import Path
 
 import _cffi_backend
 
 import grader
 from grader import worker
-from grader.abi import abi_source
-from grader.worker.lockdown import LIBC
+from grader.abi import lock_source
 
 
 @cache
@@ -31,11 +32,9 @@ def stage() -> Path:
     sources = [Path(grader.__file__), *Path(worker.__file__).parent.glob("*.py")]
     root = Path(grader.__file__).parent
     for source in sources:
-        copy = package / source.relative_to(root)
-        shutil.copyfile(source, copy)
-        py_compile.compile(str(copy), doraise=True)
+        _copy_compiled(source, package / source.relative_to(root))
     shutil.copyfile(root / "isolation" / "launch.py", folder / "launch.py")
-    (folder / "lock_abi.py").write_bytes(abi_source(LIBC))
+    (folder / "lock_abi.py").write_bytes(lock_source())
     backend = Path(_cffi_backend.__file__)
     shutil.copyfile(backend, folder / backend.name)
     libraries = backend.parent / "cffi.libs"  # some wheels bring libffi
@@ -44,6 +43,18 @@ def stage() -> Path:
     _open_to_all(folder)
     folder.chmod(0o755)
     return folder
+
+
+def _copy_compiled(source: Path, copy: Path) -> None:
+    """Copy a module, and its compiled code, which Python keeps beside it where it may write."""
+    shutil.copy2(source, copy)  # with its date: compiled code is held against it
+    compiled = Path(cache_from_source(str(copy)))
+    compiled.parent.mkdir(exist_ok=True)
+    SourceFileLoader(source.stem, str(source)).get_code(source.stem)  # is kept from now on
+    try:
+        shutil.copyfile(cache_from_source(str(source)), compiled)
+    except OSError:
+        py_compile.compile(str(copy), doraise=True)
 
 
 def private_folder() -> Path:

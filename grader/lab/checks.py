@@ -8,22 +8,30 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from grader import manifest
-from grader.bind import BindError
 from grader.grading import conclude
 from grader.intake import read_submission
-from grader.judge import sizes_for
 from grader.lab import complaints
 from grader.lab.card import Shown, card, code, escape, fold, stack
 from grader.lab.engine import marks
-from grader.lab.inspector.jump import jump
+from grader.lab.inspector.jump import Checked, pointed
 from grader.lab.picture import tag
 from grader.lab.place import core_folder, outputs
 from grader.lab.stopped import Stopped
 from grader.lab.words import say, texts
 from grader.manifest import Exercise
 from grader.process import MachineError
-from grader.records import CheckResult, ExerciseResult, Outcome, Told
+from grader.records import (
+    BindError,
+    CheckResult,
+    ExerciseResult,
+    Outcome,
+    Pixel,
+    PytestError,
+    SelectionError,
+    Told,
+)
 from grader.shapes import Size
+from grader.sizes import sizes_for
 from grader.workshop import Workshop
 
 SYMBOLS = {
@@ -58,7 +66,7 @@ class Judge:
 
     def judge(self, exercise: Exercise) -> Judged:
         """Run the checks of an exercise. Raises Stopped."""
-        from grader.plugin import PytestError, SelectionError, run_checks
+        from grader.plugin import run_checks
 
         try:
             workshop = self._open(core_folder(), sizes_for(exercise.tp))
@@ -98,12 +106,15 @@ class Judge:
 JUDGE = Judge()
 
 
-def check(*exercises: str) -> Shown:
+def check(*exercises: str) -> Checked:
     """Run the grader's checks of exercises, such as "TP2.4"; return what they say.
 
     The files are judged as they are saved. Raises Stopped, for an exercise that does not exist too.
     """
-    return stack([_shown(JUDGE.judge(_exercise(each))) for each in exercises])
+    judged = [JUDGE.judge(_exercise(each)) for each in exercises]
+    whole = stack([_shown(each) for each in judged])
+    pixels = tuple(pixel for each in judged for pixel in _pixels(each.checks)[:1])
+    return Checked(whole.html, whole.text, pixels)
 
 
 def _exercise(name: str) -> Exercise:
@@ -153,19 +164,23 @@ def _points(result: ExerciseResult) -> str:
 
 
 def _checks(checks: Sequence[CheckResult]) -> list[Shown]:
-    """Tell the first check that fails in full, the others by a line."""
+    """Tell the first check that fails in full, the others by a line; and one pixel of a picture."""
     parts: list[Shown] = []
-    told = False
+    in_full = next((each for each in checks if each.outcome not in (Outcome.PASSED, *_CALM)), None)
     for each in checks:
         outcome = texts().say(f"outcome.{each.outcome.value}")
         line = say("checked", symbol=SYMBOLS[each.outcome], title=each.title, outcome=outcome)
         parts.append(Shown(f"<div>{escape(line)}</div>", line))
         if each.note:
             parts.append(Shown(f"<p>{escape(each.note)}</p>", f"  {each.note}"))
-        if each.outcome not in (Outcome.PASSED, *_CALM) and not told:
+        if each is in_full:
             parts.append(explained(each))
-            told = True
-    return parts
+    return parts + [pointed(pixel) for pixel in _pixels(checks)[:1]]
+
+
+def _pixels(checks: Sequence[CheckResult]) -> list[Pixel]:
+    """Return the pixels to look at, of the pictures that are wrong."""
+    return [each.pixel for each in checks if each.pixel is not None]
 
 
 def explained(result: CheckResult) -> Shown:
@@ -181,10 +196,6 @@ def explained(result: CheckResult) -> Shown:
         inside += fold(say("reproducer"), code(result.reproducer))
     inside += _pictures(result)
     text = "\n".join(f"  {line}" for line in lines)
-    there = jump(result.id) if result.outcome is Outcome.FAILED else None
-    if there is not None:
-        inside += there.html
-        text += f"\n{there.text}"
     return Shown(f'<div style="margin-left:1.2em">{inside}</div>', text)
 
 

@@ -14,7 +14,7 @@ from grader.lab.card import Shown
 from grader.lab.complaints import sentence
 from grader.lab.picture import Array, draw, figure, levels, new_figure
 from grader.lab.stopped import Stopped
-from grader.lab.words import say
+from grader.lab.words import say, texts
 from grader.pictures.plan import Picture as Plan
 
 # The handout's figures; those of scenes are among the expected pictures.
@@ -59,7 +59,7 @@ def compare(img: Array, wanted: str | Array, title: str = "") -> Shown:
     as "scene4.shadows", or another picture of the same size. Raises Stopped.
     """
     if isinstance(wanted, str):
-        title = title or wanted.replace("_", " ")
+        title = title or _title(wanted)
         other = expected(wanted)
     else:
         other = np.asarray(wanted, np.float32)
@@ -71,7 +71,8 @@ def compare(img: Array, wanted: str | Array, title: str = "") -> Shown:
     away = np.abs(ours - theirs).max(axis=2)
     share = float((away > SEEN).mean())
     text = say("compared_same") if share == 0 else say("compared", percent=_percent(share))
-    return _drawn([other, np.asarray(img)], away, f"{title}: {text}" if title else text)
+    caption = say("compared_titled", title=title, text=text) if title else text
+    return _drawn([other, np.asarray(img)], away, caption)
 
 
 def _drawn(pictures: list[Array], away: Array, caption: str) -> Shown:
@@ -85,8 +86,15 @@ def _drawn(pictures: list[Array], away: Array, caption: str) -> Shown:
     return figure(drawn, f"{say('compare_alt')} {caption}")
 
 
+def _title(name: str) -> str:
+    """Return a figure's name in words: "figure 7, left" for "figure_7_left"."""
+    base, _, side = name.rpartition("_")
+    key = {"left": "figure_left", "right": "figure_right"}.get(side)
+    return say(key, name=base.replace("_", " ")) if key else name.replace("_", " ")
+
+
 def _percent(share: float) -> str:
-    return f"{100 * share:.1f}" if share >= 0.1 else f"{100 * share:.2g}"
+    return texts().number(float(f"{100 * share:.{3 if share >= 0.1 else 2}g}"))
 
 
 def _size(img: Array) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from grader.runner import Session
 
 MAX_ERRORS = 3
 MAX_LINES, MAX_COLUMNS = 40, 200  # of what one call printed
+_INCLUDED_FROM = re.compile(r"\bfrom ([\w.-]+:\d+):$", re.MULTILINE)
 _LOADER = "symbol lookup error"
 AROUND = 2  # lines shown before and after the one that stopped
 
@@ -35,8 +37,7 @@ def not_built(folder: Path, result: BuildResult) -> Shown:
     head = say("not_built", count=len(errors))
     parts = [_error(folder, each) for each in errors[:MAX_ERRORS]]
     if not errors:
-        lines = "\n".join(result.log.splitlines()[:MAX_LINES])
-        parts = [Shown(code(lines), lines)]
+        parts = _elsewhere(folder, result.log)
     if len(errors) > MAX_ERRORS:
         parts.append(_line(say("more_errors", count=len(errors) - MAX_ERRORS)))
     inside = stack([_line(head), *parts])
@@ -98,6 +99,18 @@ def _error(folder: Path, error: Diagnostic) -> Shown:
     if meaning:
         shown.append(_line(texts().say(meaning.key, **meaning.values)))
     return stack(shown)
+
+
+def _elsewhere(folder: Path, log: str) -> list[Shown]:
+    """Return what the compiler said of no line of the student's, and the #include it came from."""
+    lines = "\n".join(log.splitlines()[:MAX_LINES])
+    said = [Shown(code(lines), lines)]
+    # The last one is the file that was being compiled.
+    place = (_INCLUDED_FROM.findall(log) or [""])[-1]
+    around = excerpt(folder, place)
+    if around is None:
+        return said
+    return [_line(say("before_include", place=place)), around, *said]
 
 
 def _line(text: str) -> Shown:

@@ -16,9 +16,9 @@ from __future__ import annotations
 
 import difflib
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import Any, TypeVar, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -36,6 +36,8 @@ from grader.lab.stopped import Stopped
 from grader.lab.values import Camera, Light, Object, Ray
 from grader.lab.words import say
 from grader.shapes import Size
+
+T = TypeVar("T")
 
 DEFAULT_SIZE: Size = (640, 360)
 SMALL_SIZE: Size = (96, 54)  # where each pixel takes a few calls
@@ -106,6 +108,18 @@ class Core(Maker):
             return calls.perform(stage.session, stage.core, call)
 
         return self._engine.run(size, name, act)
+
+    def use(self, name: str, act: Callable[[Stage], T]) -> T:
+        """Let `act` use the session, with the scene and the options that were chosen.
+
+        `name` is the C function that it calls, for messages. Raises Stopped.
+        """
+
+        def ready(stage: Stage) -> T:
+            self._prepare(stage, self._options)
+            return act(stage)
+
+        return self._engine.run(self.size, name, ready)
 
     def constant(self, name: str) -> float:
         """Return a #define or an enum of the headers, such as "EPSILON"."""

@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from grader import notes, runner
-from grader.bind import BindError
 from grader.build import build
 from grader.intake import read_submission
 from grader.lab import complaints
@@ -24,7 +23,7 @@ from grader.lab.place import outputs
 from grader.lab.stopped import Stopped, display
 from grader.lab.words import texts
 from grader.process import Died, Limits, MachineError, Missing, Process, start_worker
-from grader.records import BuildResult, BuildStatus, Cause, Submission, Target, Told
+from grader.records import BindError, BuildResult, BuildStatus, Cause, Submission, Target, Told
 from grader.runner import Session
 from grader.shapes import Size
 

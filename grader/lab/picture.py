@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
+import logging
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from PIL import Image
 
 from grader.lab.card import Shown, escape
 from grader.lab.vectors import numbers
-from grader.lab.words import say
+from grader.lab.words import say, texts
 from grader.shapes import Size
 
 if TYPE_CHECKING:
@@ -26,6 +27,9 @@ FIGURE_INCHES = (7.0, 4.6)
 NOT_A_NUMBER = (255, 0, 255)  # the colour of a pixel that holds a NaN
 MAP = "cividis"  # safe for colour-blind readers, and grows lighter in grey
 MOST_LINES = 80  # pixels across, up to which a grid is drawn between them
+
+# The first time, it would say in red that it lists the machine's fonts.
+logging.getLogger("matplotlib.font_manager").setLevel(logging.ERROR)
 
 
 class Picture(np.ndarray[Any, Any]):
@@ -210,5 +214,9 @@ def _alt(img: Array, title: str, zoom: tuple[int, int, int, int] | None) -> str:
         low, high = (
             (np.nanmin(array), np.nanmax(array)) if np.isfinite(array).any() else (np.nan,) * 2
         )
-        text = say("map", title=title, low=f"{low:.3g}", high=f"{high:.3g}")
+        text = say("map", title=title, low=_told(low), high=_told(high))
     return f"{text} {say('zoom', zone=zoom)}" if zoom else text
+
+
+def _told(value: float) -> str:
+    return texts().number(float(f"{value:.3g}"))

@@ -37,6 +37,11 @@ def number(value: float, decimals: int) -> str:
     return text
 
 
+def digits(value: float, figures: int) -> str:
+    """Return a number with that many significant figures at most, in the notebook's language."""
+    return texts().number(float(f"{value:.{figures}g}"))
+
+
 def triple(values: Iterable[float], decimals: int = 2) -> str:
     """Return three numbers, as (0,75 ; 0,75 ; 1) in French."""
     separator = " ; " if texts().language == "fr" else ", "

@@ -64,7 +64,8 @@ def coloured(text: str) -> str:
     from pygments.formatters import HtmlFormatter  # type: ignore[import-untyped]
     from pygments.lexers import CLexer  # type: ignore[import-untyped]
 
-    style = "padding:.5em;border:1px solid #8884;overflow-x:auto;background:#fff;color:#222"
+    style = "padding:.5em;border:1px solid #8884;overflow-x:auto;background:#fff;color:#222;"
+    style += "font-family:var(--jp-code-font-family, monospace)"
     formatter = HtmlFormatter(noclasses=True, style="friendly_grayscale", prestyles=style)
     return str(highlight(text, CLexer(), formatter))
 
@@ -72,7 +73,8 @@ def coloured(text: str) -> str:
 def _span(text: str, function: str) -> tuple[int, int] | None:
     """Return where a definition begins and ends."""
     bare = _BLANK.sub(lambda match: re.sub(r"[^\n]", " ", match[0]), text)
-    head = re.compile(rf"^[^\n;{{}}#]*\b{re.escape(function)}\s*\([^;{{}}]*\)\s*\{{", re.MULTILINE)
+    # Before the name only words and stars, a type: a call inside an if (...) { is no definition.
+    head = re.compile(rf"^[\w \t*]*\b{re.escape(function)}\s*\([^;{{}}]*\)\s*\{{", re.MULTILINE)
     for match in head.finditer(bare):
         depth = 0
         for k in range(match.end() - 1, len(bare)):

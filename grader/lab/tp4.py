@@ -17,7 +17,7 @@ from matplotlib.ticker import MaxNLocator
 from grader.lab.card import Shown
 from grader.lab.core import Core
 from grader.lab.picture import Picture, draw, figure, new_figure, show
-from grader.lab.plots import BLUE, GREY, LIGHT, ORANGE, RED, number, sentence
+from grader.lab.plots import BLUE, GREY, LIGHT, ORANGE, RED, digits, number, sentence
 from grader.lab.scene import Scene
 from grader.lab.values import Hit, Ray
 
@@ -217,7 +217,7 @@ def path(core: Core, i: int = 334, j: int = 119, scene: int = 0) -> Shown:
     end = np.stack([points[-1], points[-1] + FAR * np.asarray(last.dir)])
     above.plot(end[:, 0], end[:, 2], color=GREY, ls="--")
     share = np.prod([np.asarray(each.material.ks).max() for each in met[:-1]])
-    values = {"count": len(met), "share": f"{float(share):.2g}" if met else "0"}
+    values = {"count": len(met), "share": digits(float(share), 2) if met else "0"}
     above.set_title(sentence("tp4.path_title", **values), fontsize=10)
     return figure(drawn, sentence("tp4.path_alt", i=i, j=j, **values))
 
@@ -248,10 +248,10 @@ def rays_per_depth(core: Core, scene: int = 0) -> Shown:
     shares = [100 * each / counts[0] for each in counts]
     drawn, axes = new_figure(1, 1, (7, 3.2))
     bars = axes.bar(range(len(shares)), shares, color=BLUE)
-    axes.bar_label(bars, [f"{each:.3g}" for each in shares], fontsize=8)
+    axes.bar_label(bars, [digits(each, 3) for each in shares], fontsize=8)
     axes.set(yscale="log", ylim=(0.001, 300), xlim=(-0.6, most + 0.6), xlabel=sentence("tp4.depth"))
     axes.set(ylabel=sentence("tp4.rays_share"), title=sentence("tp4.scene", scene=scene))
-    told = " ; ".join(f"{each:.3g}" for each in shares)
+    told = " ; ".join(digits(each, 3) for each in shares)
     return figure(drawn, sentence("tp4.depths_alt", scene=scene, shares=told))
 
 

@@ -20,7 +20,7 @@ from grader.lab.core import Core
 from grader.lab.counting import counter
 from grader.lab.engine import Stage
 from grader.lab.picture import MAP, figure, new_figure
-from grader.lab.plots import BLUE, GREY, LIGHT, ORANGE, number, pixel_axes, sentence
+from grader.lab.plots import BLUE, GREY, LIGHT, ORANGE, digits, number, pixel_axes, sentence
 
 Array = npt.NDArray[Any]
 
@@ -184,7 +184,7 @@ def tests_curve(core: Core) -> Shown:
         label = sentence("tp4.with_tree" if octree else "tp4.without_tree")
         axes.loglog(COUNTS, np.maximum(found, 0.1), style, color=color, label=label)
     _count_axis(axes)
-    told = [", ".join(f"{each:.3g}" for each in found) for found in means.values()]
+    told = [" ; ".join(digits(each, 3) for each in found) for found in means.values()]
     return figure(drawn, sentence("tp4.curve_alt", without=told[0], tree=told[1]))
 
 

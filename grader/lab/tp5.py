@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from grader.lab.card import Shown, table
 from grader.lab.core import Core
 from grader.lab.picture import draw, figure, new_figure, show
-from grader.lab.plots import BLUE, GREEN, GREY, LIGHT, ORANGE, RED, SKY, number, sentence
+from grader.lab.plots import BLUE, GREEN, GREY, LIGHT, ORANGE, RED, SKY, digits, number, sentence
 
 Array = npt.NDArray[Any]
 Zone = tuple[int, int, int, int]  # first column, first row, columns, rows
@@ -225,7 +225,7 @@ def error_curve(core: Core, scene: int = 0) -> Shown:
     else:
         title = sentence("tp5.no_error")
     curve.set_title(title)
-    told = ", ".join(f"{each:.2g}" for each in errors)
+    told = " ; ".join(digits(each, 2) for each in errors)
     return figure(drawn, sentence("tp5.error_alt", scene=scene, errors=told, title=title))
 
 

@@ -61,7 +61,7 @@ class Record:
         if name.startswith("_") or name not in (self._data.dtype.names or ()):
             known = ", ".join(self._names())
             raise AttributeError(f"{self.kind}: {name}? {known}")
-        return _friendly(name, self._data[name])
+        return _friendly(name, self._data[name], self.shape)
 
     def __dir__(self) -> list[str]:
         return [*super().__dir__(), *self._names()]
@@ -252,10 +252,11 @@ def record(data: Array, kind: type[Record]) -> Record:
     return kind(data)
 
 
-def _friendly(name: str, value: Array) -> Any:
+def _friendly(name: str, value: Array, lead: tuple[int, ...]) -> Any:
+    """Return a field as Python has it; `lead` is the shape of the array of structs."""
     if value.dtype.names:
         return record(value, Material)
-    if value.shape == (3,):
+    if lead == () and value.shape == (3,):
         return Color(value) if name in _COLORS else Vec3(value)
     return value.item() if value.shape == () else value
 

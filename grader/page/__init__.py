@@ -7,11 +7,14 @@ pieces that other pages can be made of: `base.html` is the frame, `pieces.html` 
 from __future__ import annotations
 
 import base64
+import contextlib
 import hashlib
+import os
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
+import jinja2
+from jinja2 import Environment, FileSystemBytecodeCache, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from grader import manifest
@@ -51,6 +54,7 @@ def environment(texts: Texts) -> Environment:
     """
     made = Environment(
         loader=FileSystemLoader(TEMPLATES),
+        bytecode_cache=_compiled(texts.language),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
@@ -68,6 +72,19 @@ def environment(texts: Texts) -> Environment:
         "policy": _policy(),
     }
     return made
+
+
+def _compiled(language: str) -> FileSystemBytecodeCache | None:
+    """Return where compiled templates are kept; None when that cannot be written.
+
+    What is constant in them is typeset when they are compiled, in a language.
+    """
+    made_by = [jinja2.__version__, language, Path(markup.__file__).read_text(encoding="utf-8")]
+    key = hashlib.sha256("\0".join(made_by).encode()).hexdigest()[:24]
+    folder = manifest.ROOT / "build" / "cache" / "templates" / key
+    with contextlib.suppress(OSError):
+        folder.mkdir(parents=True, exist_ok=True)
+    return FileSystemBytecodeCache(str(folder)) if os.access(folder, os.W_OK) else None
 
 
 def data_uri(folder: Path, path: str) -> str:

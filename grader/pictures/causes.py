@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable
 
 import numpy as np
 
-from grader.pictures.plan import STAGES, TRANSPARENT, Picture
+from grader.pictures.measure import FAR_SMOOTH
+from grader.pictures.neighbours import beyond
+from grader.pictures.plan import STAGES, TRANSPARENT
 from grader.pictures.regions import (
     HIGHLIGHT,
     LIT,
@@ -16,9 +17,8 @@ from grader.pictures.regions import (
     SKY,
     UNLIT,
     WHOLE,
-    Maps,
     Region,
-    mean_difference,
+    Scene,
     named,
     of_thing,
     wrong_share,
@@ -33,39 +33,11 @@ PRESENT = 0.7  # of the things: displaced rather than missing
 REST = 0.1  # share of the picture from which it can be told that the rest is right
 FAINT = 0.25  # contrast at a thing's border, over the expected: below, it is not there
 ROUGH = 0.5  # how much darkness changes from a pixel to the next, in acne; 0.1 in a shadow
+FEWEST_ONCE = 200  # pixels that see one mirror only, and are right
+STRANGE = 0.01  # share of colours that are nowhere near, in a picture sampled wrong
+DISPLACED = 0.03  # share that a moved light makes brighter, or darker
 BRIGHTER = 3 / 255
 SAME = 2 / 255
-
-
-@dataclass(frozen=True)
-class Scene:
-    """Everything that is known of a wrong picture; `wrong` is where it counts as wrong."""
-
-    picture: Picture
-    got: Image
-    expected: Image
-    wrong: Mask
-    calm: Mask
-    maps: Maps
-    regions: Sequence[Region]
-    direct: Image | None = None  # the same without mirrors, when there are some
-
-    def share(self, mask: Mask) -> float:
-        """Return the share of the wrong pixels that lie in a mask."""
-        total = int(self.wrong.sum())
-        return float((self.wrong & mask).sum()) / total if total else 0.0
-
-    def kinds(self, *kinds: str) -> Mask:
-        """Return where regions of some kinds are."""
-        found = np.zeros(self.wrong.shape, bool)
-        for each in self.regions:
-            if each.kind in kinds:
-                found |= each.mask
-        return found
-
-    def brighter(self, mask: Mask) -> float:
-        """Return by how much a picture is too bright in a mask, on the mean; 0 to 1."""
-        return mean_difference(mask, self.got, self.expected)
 
 
 def find(scene: Scene) -> Verdict:
@@ -74,11 +46,11 @@ def find(scene: Scene) -> Verdict:
         return _glass(scene)
     if not any(wrong_share(each, scene.wrong) > MATCH for each in scene.regions):
         return Verdict("picture.rims", {"thing": named(_worst_thing(scene))})
-    causes: list[Callable[[Scene], Verdict | None]] = [_missing, _placed, _acne]
+    causes: list[Callable[[Scene], Verdict | None]] = [_missing, _placed, _sampled, _acne]
     if scene.direct is not None and _is_lit_as(scene, scene.direct):
         causes += [_bounces, _reflections]
     else:
-        causes += [_shadows, _highlights, _unlit, _light]
+        causes += [_ambient, _shadows, _highlights, _unlit, _light]
     for cause in causes:
         if verdict := cause(scene):
             return verdict
@@ -164,6 +136,30 @@ def _acne(scene: Scene) -> Verdict | None:
     return Verdict("picture.acne", {"thing": named(_thing_most_in(scene, dark > BRIGHTER))})
 
 
+def _sampled(scene: Scene) -> Verdict | None:
+    """Find the samples of a pixel where they should not be: all its colours are near by."""
+    if not scene.picture.is_smooth:
+        return None
+    strange = beyond(np.clip(scene.got, 0, 1), scene.expected, FAR_SMOOTH[0], radius=2)
+    return Verdict("picture.jagged") if strange.mean() < STRANGE else None
+
+
+def _ambient(scene: Scene) -> Verdict | None:
+    """Find light where none arrives: behind the things and in their shadows alike."""
+    unlit = [each for each in scene.regions if each.kind == UNLIT]
+    if not unlit or not all(_is_brightened(each, scene) for each in unlit):
+        return None
+    shadows = [each for each in scene.regions if each.kind == SHADOW]
+    if scene.brighter(scene.kinds(LIT)) < 0 or not all(_is_brightened(e, scene) for e in shadows):
+        return None
+    worst = max(unlit, key=lambda each: scene.share(each.mask))
+    return Verdict("picture.unlit_bright", {"thing": named(worst.thing)})
+
+
+def _is_brightened(region: Region, scene: Scene) -> bool:
+    return wrong_share(region, scene.wrong) > 0.5 and scene.brighter(region.mask) > 0
+
+
 def _is_lit_as(scene: Scene, direct: Image) -> bool:
     """Say whether the direct light is there: nowhere is it darker than without mirrors."""
     plain: Mask = scene.calm & ~scene.maps.highlight
@@ -235,7 +231,8 @@ def _unlit(scene: Scene) -> Verdict | None:
 def _bounces(scene: Scene) -> Verdict | None:
     """Find only what takes several mirrors to be seen wrong."""
     count = scene.maps.bounces[1 if "fresnel" in STAGES[scene.picture.stage] else 0]
-    if scene.share(count >= 2) < 0.97 or scene.wrong[scene.calm & (count >= 2)].mean() > MOST:
+    once = scene.calm & (count == 1)
+    if scene.share(count >= 2) < 0.97 or once.sum() < FEWEST_ONCE:
         return None
     return Verdict("picture.bounces", {"thing": named(_thing_most_in(scene, scene.wrong))})
 
@@ -263,7 +260,10 @@ def _light(scene: Scene) -> Verdict | None:
     lit = scene.wrong & scene.kinds(LIT, HIGHLIGHT)
     over = np.clip(scene.got, 0, 1)[lit] - scene.expected[lit]
     brighter, darker = (over > BRIGHTER).any(axis=1).mean(), (over < -BRIGHTER).any(axis=1).mean()
-    if min(brighter, darker) > 0.1:
+    highlights = [each for each in scene.regions if each.kind == HIGHLIGHT]
+    if min(brighter, darker) > DISPLACED and any(
+        wrong_share(each, scene.wrong) > 0.5 for each in highlights
+    ):
         return Verdict("picture.light_moved")
     return None
 

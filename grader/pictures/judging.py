@@ -11,12 +11,13 @@ import numpy as np
 from grader import reproducer
 from grader.compare import Wrong
 from grader.judge import PICTURE_SIZE, Student
-from grader.pictures import causes, stored, views, whole
+from grader.pictures import causes, stored, suspects, views, whole
 from grader.pictures.measure import LEVEL, Floats, Measures, measure, outside, worst_tile
 from grader.pictures.plan import COURSE, PATTERNED, STAGES, Picture
-from grader.pictures.regions import MATCH, SKY, Maps, Region, read_maps, regions, wrong_share
+from grader.pictures.regions import MATCH, SKY, Maps, Region, Scene, read_maps, regions, wrong_share
 from grader.pictures.stored import Expected
-from grader.records import Evidence, Verdict
+from grader.pictures.worst import Pixel, worst_pixels
+from grader.records import Evidence, Spot, Verdict
 from grader.shapes import Image, Mask
 
 EDGES_ONLY = 0.9  # of the points, when all the regions match and only borders are wrong
@@ -31,6 +32,8 @@ class Judgement:
     remark: Verdict | None = None  # the other reading in which it is right
     share: float = 1.0  # of the points
     images: Mapping[str, bytes] = field(default_factory=dict)
+    pixels: tuple[Pixel, ...] = ()  # those to look at
+    suspects: tuple[str, ...] = ()  # known mistakes that give nearly the same picture
 
 
 @dataclass(frozen=True)
@@ -54,12 +57,20 @@ def check_picture(student: Student, scene: int, stage: str, *only: str) -> None:
     texels = stored.read_texels(student.folder) if scene in PATTERNED else None
     got = student.picture(scene, texels, **picture.options)
     found = judge(student.folder, picture, got, only)
+    student.testimony.look_at(picture.name, found.suspects)
     if found.remark:
         student.remarks.append(found.remark)
     if found.complaint:
         program = reproducer.of_picture(scene, picture.options, PICTURE_SIZE)
         complaint = Wrong(found.complaint.key, **found.complaint.values)
-        raise complaint.showing(Evidence(found.share, program, found.images))
+        spots = tuple(_spot(picture, got, each) for each in found.pixels)
+        raise complaint.showing(Evidence(found.share, program, found.images, spots=spots))
+
+
+def _spot(picture: Picture, got: Image, pixel: Pixel) -> Spot:
+    i, j = pixel
+    r, g, b = map(float, got[j, i])
+    return Spot(picture.name, i, j, (r, g, b))
 
 
 def judge(folder: Path, picture: Picture, got: Image, only: Sequence[str] = ()) -> Judgement:
@@ -76,7 +87,7 @@ def judge(folder: Path, picture: Picture, got: Image, only: Sequence[str] = ()) 
         }
         return Judgement(Verdict("picture.size", dict(values)), share=0.0)
     if broken := whole.not_finite(got):
-        return Judgement(broken, share=0.0, images=_images_of_broken(folder, picture, got))
+        return _broken(folder, picture, got, broken)
     mask = _counted(folder, picture, only)
     error = _outside(got, expected, mask)
     measures = measure(got, expected.envelope, error)
@@ -84,8 +95,13 @@ def judge(folder: Path, picture: Picture, got: Image, only: Sequence[str] = ()) 
         return Judgement()
     case = _Case(folder, expected, got, error, measures, mask)
     if whole.is_plain(got):
-        return Judgement(whole.plain(got), share=0.0, images=_images(case))
-    return _in_another_reading(case) or _wrong(case)
+        found = Judgement(whole.plain(got), share=0.0, images=_images(case))
+    else:
+        found = _in_another_reading(case) or _wrong(case)
+    if not found.complaint:
+        return found
+    known = suspects.suspects(folder, expected, got, mask)
+    return replace(found, pixels=worst_pixels(error, expected.envelope), suspects=known)
 
 
 def _counted(folder: Path, picture: Picture, only: Sequence[str]) -> Mask | None:
@@ -174,7 +190,7 @@ def _cause(
     direct = None
     if "reflections" in STAGES[picture.stage] and picture.stage != "glass":
         direct = stored.read_png(case.folder, Picture(picture.scene, "shadows"))
-    scene = causes.Scene(picture, case.got, expected, wrong, calm, maps, found, direct)
+    scene = Scene(picture, case.got, expected, wrong, calm, maps, found, direct)
     return causes.find(scene)
 
 
@@ -186,8 +202,12 @@ def _share(case: _Case, expected: Image, wrong: Mask, found: Sequence[Region]) -
         is_own = bool(np.abs(expected[each.mask] - before[each.mask]).mean() > CHANGED)
         counted[is_own][0] += each.weight
         counted[is_own][1] += each.weight * (wrong_share(each, wrong) <= MATCH)
-    shares = [right / whole for whole, right in counted.values() if whole]
-    return min(float(np.prod(shares)), EDGES_ONLY)
+    (rest, rest_right), (own, own_right) = counted[False], counted[True]
+    around = rest_right / rest if rest else 1.0
+    if not case.expected.picture.earlier:
+        # Around the things of the first stage there is only the sky, which costs its own part.
+        around = 1 - rest / (rest + own) * (1 - around)
+    return min(around * (own_right / own if own else 1.0), EDGES_ONLY)
 
 
 def _stage_before(case: _Case) -> Image:
@@ -198,9 +218,11 @@ def _stage_before(case: _Case) -> Image:
     return np.broadcast_to(np.array([0.2, 0.2, 0.6], np.float32), case.got.shape)
 
 
-def _images_of_broken(folder: Path, picture: Picture, got: Image) -> Mapping[str, bytes]:
+def _broken(folder: Path, picture: Picture, got: Image, complaint: Verdict) -> Judgement:
+    """Judge a picture that has something else than numbers: its first such pixel is the worst."""
     expected = stored.read_png(folder, picture)
     broken = np.zeros(got.shape[:2], np.float32)
     broken[~np.isfinite(got).all(axis=2)] = 1
-    j, i = np.argwhere(broken)[0]
-    return views.images(got, expected, broken, (int(j), int(i)))
+    j, i = map(int, np.argwhere(broken)[0])
+    images = views.images(got, expected, broken, (j, i))
+    return Judgement(complaint, share=0.0, images=images, pixels=((i, j),))

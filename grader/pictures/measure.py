@@ -59,7 +59,7 @@ class Measures:
 
     share: float  # of the pixels, those that count and are wrong
     tile: float  # share of wrong pixels in the worst tile; of means, how far the worst is outside
-    edges: float = 0.0  # how little of the samples' effect there is: 0 all of it, 1 nothing
+    edges: float = 0.0  # what part of the samples' effect is missing
     worst: tuple[int, int] = (0, 0)  # row and column of the worst tile's corner
 
     def exceeds(self, limits: Limits) -> float:
@@ -133,7 +133,11 @@ def tile_means(plane: Floats) -> Floats:
 
 
 def _edges(picture: Image, band: Band) -> float:
-    """Return the squared distance to the smooth edges, over that of a picture without samples."""
-    got = np.clip(picture.reshape(-1, 3)[band.pixels], 0, 1)
-    whole = float(((band.plain - band.smooth) ** 2).sum())
-    return float(((got - band.smooth) ** 2).sum()) / whole
+    """Return what part of the samples' effect is missing, from 0 to 1.
+
+    Samples that stand elsewhere, or are drawn by lot, differ from ours to both sides of their
+    effect, so that only what lies along it counts.
+    """
+    effect = band.smooth - band.plain
+    got = np.clip(picture.reshape(-1, 3)[band.pixels], 0, 1) - band.plain
+    return max(0.0, 1 - float((got * effect).sum()) / float((effect**2).sum()))

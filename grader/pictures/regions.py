@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,7 +13,7 @@ from grader.pictures.measure import Floats
 from grader.pictures.plan import STAGES, Picture, thing
 from grader.pictures.stored import read_arrays
 from grader.records import Verdict
-from grader.shapes import Mask
+from grader.shapes import Image, Mask
 
 SKY = "sky"
 LIT, UNLIT, HIGHLIGHT, SHADOW, WHOLE = "lit", "unlit", "highlight", "shadow", "whole"
@@ -144,3 +144,34 @@ def wrong_share(region: Region, wrong: Mask) -> float:
 def mean_difference(mask: Mask, got: Floats, expected: Floats) -> float:
     """Return by how much the pixels of a mask are too bright (or too dark: below 0)."""
     return float((np.clip(got[mask], 0, 1) - expected[mask]).mean()) if mask.any() else 0.0
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Everything that is known of a wrong picture; `wrong` is where it counts as wrong."""
+
+    picture: Picture
+    got: Image
+    expected: Image
+    wrong: Mask
+    calm: Mask
+    maps: Maps
+    regions: Sequence[Region]
+    direct: Image | None = None  # the same without mirrors, when there are some
+
+    def share(self, mask: Mask) -> float:
+        """Return the share of the wrong pixels that lie in a mask."""
+        total = int(self.wrong.sum())
+        return float((self.wrong & mask).sum()) / total if total else 0.0
+
+    def kinds(self, *kinds: str) -> Mask:
+        """Return where regions of some kinds are."""
+        found = np.zeros(self.wrong.shape, bool)
+        for each in self.regions:
+            if each.kind in kinds:
+                found |= each.mask
+        return found
+
+    def brighter(self, mask: Mask) -> float:
+        """Return by how much a picture is too bright in a mask, on the mean; 0 to 1."""
+        return mean_difference(mask, self.got, self.expected)

@@ -12,19 +12,16 @@ so they take little room.
 
 from __future__ import annotations
 
-import hashlib
 import io
-import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from PIL import Image as Pillow
 
-from grader.expected import CURE, Array, ExpectedError, read_manifest
+from grader.expected import CURE, Array, ExpectedError, arrays_of, content_of, rules_of
+from grader.npz import Arrays
 from grader.pictures.measure import Band, Envelope, Floats, Limits
 from grader.pictures.plan import Picture
 from grader.shapes import Image
@@ -47,10 +44,11 @@ class Expected:
 
 def read(folder: Path, picture: Picture) -> Expected:
     """Read what is accepted. Raises ExpectedError, naming the file and the cure."""
-    name = f"{picture.name}.npz"
-    arrays = read_arrays(folder, name)
-    limits = _rules(folder, name)["limits"]
+    path = folder / FOLDER / f"{picture.name}.npz"
+    rules = rules_of(path)
+    arrays = arrays_of(path, rules)
     try:
+        limits = Limits(**{k: v["limit"] for k, v in rules["limits"].items()})
         low, width = unpacked(arrays["low"]), unpacked(arrays["range"])
         shape = low.shape[1:]
         calm = np.unpackbits(arrays["calm"], count=shape[0] * shape[1]).reshape(shape).astype(bool)
@@ -62,9 +60,9 @@ def read(folder: Path, picture: Picture) -> Expected:
             is_flat=picture.stage == "flat",
             by_means=picture.stage == "glass",
         )
-        return Expected(picture, envelope, Limits(**{k: v["limit"] for k, v in limits.items()}))
+        return Expected(picture, envelope, limits)
     except (KeyError, TypeError, ValueError) as error:
-        raise ExpectedError(f"{folder / FOLDER / name}: {error}; {CURE}") from error
+        raise ExpectedError(f"{path}: {error}; {CURE}") from error
 
 
 def read_png(folder: Path, picture: Picture) -> Image:
@@ -78,18 +76,15 @@ def read_texels(folder: Path) -> Image:
 
 
 def _pixels(folder: Path, name: str) -> Image:
-    with Pillow.open(io.BytesIO(_content(folder, name))) as file:
+    path = folder / FOLDER / name
+    with Pillow.open(io.BytesIO(content_of(path, rules_of(path)))) as file:
         return np.asarray(file.convert("RGB"), np.float32) / np.float32(255)
 
 
-def read_arrays(folder: Path, name: str) -> dict[str, Array]:
+def read_arrays(folder: Path, name: str) -> Arrays:
     """Return the arrays of a file. Raises ExpectedError."""
-    content = _content(folder, name)
-    try:
-        with np.load(io.BytesIO(content), allow_pickle=False) as arrays:
-            return {key: arrays[key] for key in arrays.files}
-    except (ValueError, zipfile.BadZipFile) as error:
-        raise ExpectedError(f"{folder / FOLDER / name}: {error}; {CURE}") from error
+    path = folder / FOLDER / name
+    return arrays_of(path, rules_of(path))
 
 
 def packed(values: Array) -> Array:
@@ -129,32 +124,3 @@ def _band(arrays: Mapping[str, Array]) -> Band:
 def _colors(units: Array) -> Floats:
     """Return colours, 0 to 1."""
     return units.astype(np.float32) * np.float32(1 / UNITS)
-
-
-def _rules(folder: Path, name: str) -> dict[str, Any]:
-    try:
-        return dict(_manifest(folder / FOLDER)["files"][name])
-    except KeyError as error:
-        raise ExpectedError(f"{folder / FOLDER}: no {error}; {CURE}") from error
-
-
-@cache
-def _manifest(folder: Path) -> dict[str, Any]:
-    return read_manifest(folder)
-
-
-def _content(folder: Path, name: str) -> bytes:
-    path = folder / FOLDER / name
-    rules = _rules(folder, name)
-    try:
-        content = path.read_bytes()
-        if hashlib.sha256(content).hexdigest() != rules["sha256"]:
-            raise ValueError("it is not what manifest.json says")
-    except (OSError, KeyError, ValueError) as error:
-        raise ExpectedError(f"{path}: {error}; {CURE}") from error
-    return content
-
-
-def forget() -> None:
-    """Read manifests again when they are next asked for."""
-    _manifest.cache_clear()

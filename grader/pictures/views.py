@@ -14,12 +14,13 @@ from grader.shapes import Image
 
 Bytes = npt.NDArray[np.uint8]
 
-# Differences: blue is too dark, white is right, orange is too bright; the two ends and the scale
-# never change, and can be told apart by colour-blind eyes and in grey.
+# Differences: blue is too dark, white is right, orange is too bright, with stripes that show in
+# grey; the two ends and the scale never change, and can be told apart by colour-blind eyes.
 DARK = np.array([0.0, 0.28, 0.62], np.float32)
 BRIGHT = np.array([0.78, 0.36, 0.0], np.float32)
 FULL = 0.25  # the difference that has the whole colour
 ROOT = 0.5  # small differences show too
+STRIPES, FAINT = 5, 0.4  # one diagonal in so many is so faint, where it is too bright
 FRAME = (20, 20, 20)
 ZOOM = 8
 AROUND = 4  # pixels shown around the worst tile
@@ -47,6 +48,8 @@ def difference(got: Image, expected: Image, outside: Floats) -> Bytes:
     """Return how far the picture is from what is accepted, as colours."""
     strength = np.clip(outside / FULL, 0, 1) ** ROOT
     over = (got - expected).sum(axis=2) > 0
+    diagonal = np.add.outer(*(np.arange(size) for size in over.shape)) % STRIPES == 0
+    strength = np.where(over & diagonal, FAINT * strength, strength)
     ends = np.where(over[:, :, None], BRIGHT, DARK)
     return _bytes(1 + strength[:, :, None] * (ends - 1))
 

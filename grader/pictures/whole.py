@@ -7,9 +7,9 @@ from functools import partial
 
 import numpy as np
 
-from grader.pictures.measure import Envelope, outside
+from grader.pictures.measure import Envelope, Floats, outside
 from grader.records import Verdict
-from grader.shapes import Image, Mask
+from grader.shapes import Image, Mask, in_every_channel
 
 FAR = 8 / 255  # a pixel outside by more is counted here
 FEW = 0.02  # share of such pixels in a picture that is right but for one thing
@@ -51,7 +51,7 @@ def plain(picture: Image) -> Verdict:
 
 def not_finite(picture: Image) -> Verdict | None:
     """Say where a picture has something else than numbers."""
-    broken = ~np.isfinite(picture).all(axis=2)
+    broken = ~in_every_channel(np.isfinite(picture))
     if not broken.any():
         return None
     j, i = (int(each) for each in np.argwhere(broken)[0])
@@ -97,9 +97,15 @@ def _scaled(got: Image, expected: Image, objects: Mask) -> Verdict | None:
     low, high = SCALE_RANGE
     known = (expected > low) & (expected < high) & objects[:, :, None]
     factor = typical_factor(got, expected, known)
-    if factor is None or abs(factor - 1) < SCALE_LEAST:
+    black = objects & (expected.max(axis=2) < BLACK)
+    if factor is None or abs(factor - 1) < SCALE_LEAST or _is_lighted(got[black]):
         return None
     return scale_verdict("picture.all_", factor)
+
+
+def _is_lighted(colors: Floats) -> bool:
+    """Say whether what should be black is not: no factor makes it so."""
+    return bool((colors > SCALE_LEAST).any(axis=1).mean() > FEW) if len(colors) else False
 
 
 def typical_factor(

@@ -7,9 +7,9 @@ from pathlib import Path
 
 from grader import manifest
 from grader.grading import conclude
-from grader.judge import sizes_for
 from grader.plugin import run_checks
 from grader.records import CheckResult, Submission
+from grader.sizes import sizes_for
 from grader.texts import Texts
 from grader.workshop import Workshop
 

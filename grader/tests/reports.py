@@ -16,6 +16,7 @@ from grader.records import (
     Evidence,
     Finding,
     Outcome,
+    Pinned,
     Refusal,
     Report,
     Source,
@@ -59,7 +60,11 @@ def every_outcome(language: str = "fr", folder: Path | None = None) -> dict[str,
         Finding(
             *(name, "title", outcome, Verdict("death.SIGSEGV", {"call": HOSTILE}), "main.c:3"),
             output=HOSTILE,
-            evidence=Evidence(reproducer=PROGRAM, images={"expected": PNG, "got": PNG}),
+            evidence=Evidence(
+                reproducer=PROGRAM,
+                images={"expected": PNG, "got": PNG},
+                pinned=Pinned("scene0.flat", 3, 4),
+            ),
         )
         for name, outcome in zip(names, Outcome, strict=False)
     ]

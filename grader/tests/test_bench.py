@@ -11,8 +11,8 @@ from typing import TextIO
 
 import pytest
 
-from grader.dev.bench import measure, programs, report, scenes
-from grader.dev.bench.grading import Grade
+from grader.dev.bench import inspector, measure, programs, report, scenes, slider
+from grader.dev.bench.grading import Grade, Grading
 from grader.dev.bench.measure import Counts, Measured
 from grader.dev.bench.programs import BenchError, Cost
 
@@ -39,6 +39,10 @@ Shadow Ray Tests:           2500   Succeeded:                189159
 COUNTS = Counts(
     objects=1000, rays=3500, tests=2.0, plane_tests=1.0, octree_bytes=140_000, build_bytes=150_000
 )
+
+
+GRADES = {"whole": Grade(2.9, 3.0), "units": Grade(1.9, 2.0), "one": Grade(0.9, 1.0)}
+GRADING = Grading(GRADES, limit=2.0, canary=0.1, peak_mb=400.0)
 
 
 def a_measure(name: str = "flake5") -> Measured:
@@ -161,7 +165,7 @@ def test_the_figures_of_cray_are_scaled_by_povray() -> None:
 
 def goal_values(scene: Measured) -> dict[str, tuple[float, bool]]:
     """Return the goals of a scene by name."""
-    return {goal.what: (goal.value, goal.met) for goal in report.goals([scene], {}, {})}
+    return {goal.what: (goal.value, goal.met) for goal in report.goals([scene], {}, GRADING)}
 
 
 def test_goals_are_met_or_missed() -> None:
@@ -178,16 +182,17 @@ def test_goals_are_met_or_missed() -> None:
         "flake5: octree bytes a sphere",
         "flake5: tests a ray / without octree",
     }
-    slow = report.goals([], {"0": 1.2, "1": float("nan"), "2": 1.0}, {})
-    assert [goal.met for goal in slow] == [False, False, True]
-    graded = report.goals([], {}, {"whole": Grade(1.9, 1.0, 90.0), "one": Grade(1.1, 1.0, 501.0)})
-    assert [goal.met for goal in graded] == [True, False, True, False]
+    slow = report.goals([], {"0": 1.2, "1": float("nan"), "2": 1.0}, GRADING)
+    assert [goal.met for goal in slow[:3]] == [False, False, True]
+    grades = {**GRADING.grades, "units": Grade(2.1, 2.0)}
+    graded = report.goals([], {}, Grading(grades, limit=1.9, canary=0.2, peak_mb=400.0))
+    assert [goal.met for goal in graded] == [True, False, True, False, True, False]
 
 
 def test_an_absent_peer_is_said_and_left_out() -> None:
     """The report stands without any peer."""
     alone = replace(a_measure(), costs={"mrt": [Cost(1.0, 0.1)]})
-    text = report.text([alone], {}, {"one": Grade(2.5, 1.0, 90.0)})
+    text = report.text([alone], {}, GRADING)
     assert text.endswith("Not installed here, and left out: povray, tachyon")
     assert not any("POV-Ray" in what for what in goal_values(alone))
 
@@ -195,7 +200,7 @@ def test_an_absent_peer_is_said_and_left_out() -> None:
 def test_results_are_written_as_json(tmp_path: Path) -> None:
     """Numbers, ratios and goals; no temporary file stays."""
     path = tmp_path / "results.json"
-    report.write_json(path, [a_measure()], {"0": 1.0}, {})
+    report.write_json(path, [a_measure()], {"0": 1.0}, GRADING)
     content = json.loads(path.read_text(encoding="utf-8"))
     assert content["schema"] == 1
     assert content["scenes"][0]["bytes_per_object"] == 140
@@ -220,3 +225,22 @@ def test_the_driver_draws_and_counts(tmp_path: Path) -> None:
     assert (len(scene.spheres), len(scene.planes), len(scene.lights)) == (7381, 1, 3)
     with pytest.raises(BenchError, match="no such scene"):
         programs.list_scene(driver, "99")
+
+
+def test_the_inspector_is_told_beside_its_goal() -> None:
+    """The whole wait decides, where a browser has measured it; or else there is no verdict."""
+    kernel = {"kernel median": 0.01, "kernel longest": 0.03}
+    click = {"click median": 0.16, "click longest": 0.4}
+    slow, quick = ({**kernel, **click, "click median": each} for each in (0.16, 0.14))
+    lines = inspector.text({0: slow, 4: quick, 3: kernel}).splitlines()[1:]
+    ends = ["goal 150 ms   missed", "goal 150 ms   met", "in the browser: not measured"]
+    assert [line.endswith(end) for line, end in zip(lines, ends, strict=True)] == [True] * 3
+
+
+def test_a_slider_is_told_beside_its_goal() -> None:
+    """What a frame adds is paired with the empty slider's round trip; no browser is said."""
+    waits = {"empty slider": 0.06, "slider frame": 0.2, "above the empty": 0.14}
+    assert slider.text(waits).endswith("140 ms   goal 100 ms   missed")
+    assert slider.text({**waits, "above the empty": 0.04}).endswith("40 ms   goal 100 ms   met")
+    assert slider.text("no browser").endswith("not measured, no browser")
+    assert slider.paired([0.1, 0.9, 0.1], [0.2, 0.95, 0.4]) == pytest.approx(0.1)

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from grader import manifest, toolchain
-from grader.bind import BindError, derive
+from grader.bind import derive
 from grader.dtypes import Types
-from grader.records import Binding, Target
+from grader.records import BindError, Binding, Target
 
 FLAGS = toolchain.defines(Target(96, 64))
 

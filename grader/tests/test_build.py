@@ -168,7 +168,15 @@ def test_graded_flags_keep_floats_the_same_everywhere() -> None:
 
 
 @pytest.mark.parametrize(
-    ("status", "words"), [(-9, ""), (1, "gcc: fatal error: Killed signal terminated program cc1\n")]
+    ("status", "words"),
+    [
+        (-9, ""),
+        (137, ""),  # what a sandbox says of a command that is killed
+        (1, "gcc: fatal error: Killed signal terminated program cc1\n"),
+        (1, "collect2: fatal error: ld terminated with signal 9 [Killed]\n"),
+        (1, "clang: error: unable to execute command: Killed\n"),
+        (1, "bwrap: Creating new namespace failed: Resource temporarily unavailable\n"),
+    ],
 )
 def test_a_compiler_killed_from_outside_is_the_machines_fault(
     submission: Write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, status: int, words: str

@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-import json
-import os
 import re
 import shutil
-import subprocess
-import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -16,7 +12,8 @@ import pytest
 
 from grader import manifest
 from grader.dev import skeleton
-from grader.tests.solver import ATTEMPTS, stub
+from grader.tests import grading
+from grader.tests.solver import TURNS, stub
 
 ROOT = Path(__file__).resolve().parents[2]
 VARIANTS = Path(__file__).parent / "variants"
@@ -28,24 +25,9 @@ def grade(cache: Path, tmp_path: Path) -> Grade:
     """Return a function that grades a folder and gives its results; builds are kept."""
 
     def run(folder: Path, *words: str, **settings: str) -> dict[str, Any]:
-        build = tmp_path / "build"
-        build.mkdir(exist_ok=True)
-        if not (build / "cache").exists():
-            (build / "cache").symlink_to(cache)
-        environment = {k: v for k, v in os.environ.items() if k not in ("MRT_LANG", "CC")}
-        done = subprocess.run(
-            [sys.executable, "-m", "grader", "grade", str(folder), "--build", str(build), *words],
-            cwd=ROOT,
-            env={**environment, **settings},
-            capture_output=True,
-            text=True,
-            timeout=180,
-            check=False,
-        )
-        assert (done.returncode, done.stderr) == (0, "")
-        part = "partial" if "-k" in words or "--tp" in words else ""
-        text = (build / "grade" / part / "results.json").read_text(encoding="utf-8")
-        return dict(json.loads(text))
+        done = grading.grade(folder, tmp_path / "build", cache, *words, settings=settings)
+        assert (done.code, done.err) == (0, "")
+        return done.results
 
     return run
 
@@ -135,7 +117,7 @@ def test_what_goes_through_another_exercise_is_judged(grade: Grade, tmp_path: Pa
     assert outcomes(grade(tmp_path)) == dict.fromkeys(own, "todo")
 
 
-@pytest.mark.parametrize("turn", range(max(map(len, ATTEMPTS.values()))))
+@pytest.mark.parametrize("turn", range(TURNS))
 def test_constants_and_copies_earn_nothing(grade: Grade, tmp_path: Path, turn: int) -> None:
     """A solver that tries them for every function gets no point anywhere."""
     folder = tmp_path / "essai"

@@ -9,17 +9,19 @@ from pathlib import Path
 
 import pytest
 
-from grader import manifest, substitute
+from grader import manifest, retrial, substitute
 from grader.build import Builder
+from grader.dev import mistakes, patches
 from grader.expected import FOLDER
-from grader.judge import sizes_for
 from grader.process import Died
-from grader.records import CheckResult, Submission, Target
+from grader.records import CheckResult, Finding, Outcome, Submission, Target
+from grader.sizes import sizes_for
 from grader.tests.judging import judge, solution
 from grader.tests.stubs import without
 from grader.workshop import Workshop
 
 RULES = manifest.load()
+KNOWN = {each.id: each for each in mistakes.load()}
 WRITTEN = [each.id for each in RULES.exercises if each.checks]
 # All of them take four minutes (MRT_ALL=1); these have every kind of dependence among them.
 SAMPLE = ["TP1.2", "TP2.1", "TP2.4", "TP3.1", "TP4.1", "TP5.1"]
@@ -132,6 +134,59 @@ def test_functions_in_another_file_and_in_cxx_are_replaced_too(cache: Path) -> N
     files["raytracer.c"] = '#include "raytracer.h"\n'
     nearest = judge(files, cache, 2, "sphere or intersect_scene")[NEAREST]
     assert nearest.note == "Points earned: your function is right, the mistake is in TP2.4."
+
+
+LOBE, MIRROR = "tp5.fresnel_use.lobe", "tp5.fresnel_use.mirror"
+
+
+@pytest.mark.parametrize("wrong", ["shade_h_not_unit", "mirror_black_sky"])
+def test_fresnel_is_judged_in_a_function_that_is_wrong_without_it(wrong: str, cache: Path) -> None:
+    """By the function's own answers without Fresnel."""
+    found = judge(KNOWN[wrong].files(), cache, 5, "fresnel_use")
+    assert {name: each.outcome.value for name, each in found.items()} == {
+        LOBE: "passed",
+        MIRROR: "passed",
+    }
+
+
+@pytest.mark.parametrize(
+    ("wrong", "use", "check"),
+    [
+        ("shade_pi_forgotten", "fresnel_lobe_times_ks", LOBE),
+        ("mirror_twice", "fresnel_mirror_direction", MIRROR),
+    ],
+)
+def test_what_is_wrong_with_fresnel_as_well_is_not_forgiven(
+    wrong: str, use: str, check: str, cache: Path
+) -> None:
+    """Two mistakes in one function."""
+    both = patches.patched(mistakes.FOLDER / f"{use}.patch", KNOWN[wrong].files())
+    found = judge(both, cache, 5, "fresnel_use")
+    assert {name for name, each in found.items() if each.outcome.value != "passed"} == {check}
+
+
+PROVEN = {"tp3.shade.lobe": "failed", LOBE: "passed", MIRROR: "passed"}
+
+
+@pytest.mark.parametrize(
+    ("outcomes", "judged"),
+    [
+        ({}, {"mirror_color"}),
+        ({LOBE: "failed"}, {"shade", "mirror_color"}),
+        ({"tp3.shade.lobe": "passed"}, {"shade", "mirror_color"}),
+        ({"tp4.mirror_color.sky": "failed"}, {"shade", "mirror_color"}),
+    ],
+)
+def test_a_proven_function_need_not_be_right_elsewhere(
+    outcomes: Mapping[str, str], judged: set[str]
+) -> None:
+    """A picture of Fresnel's judges one function at least, and both where nothing is proven."""
+    rows = {**PROVEN, **outcomes}
+    found = {name: Finding(name, "", Outcome(each)) for name, each in rows.items()}
+    check = RULES.checks()["tp5.scene.fresnel_0"]
+    assert retrial.judged(check, found, RULES) == judged
+    without = {name: each for name, each in found.items() if name not in (LOBE, MIRROR)}
+    assert retrial.judged(check, without, RULES) == {"shade", "mirror_color"}
 
 
 # ---- Who would have the reference's points ------------------------------------------------------

@@ -2,48 +2,21 @@
 
 from __future__ import annotations
 
-import json
-import os
 import shutil
-import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from grader import manifest, toolchain
 from grader.dev import skeleton
+from grader.tests import grading
+from grader.tests.grading import Graded
 from grader.tests.student import EVERY_PIXEL
 
 ROOT = Path(__file__).resolve().parents[2]
 Write = Callable[..., Path]
-Grade = Callable[..., "Graded"]
-
-
-class Graded:
-    """What a run printed and wrote."""
-
-    def __init__(self, done: subprocess.CompletedProcess[str], results: Path) -> None:
-        self.code, self.out, self.err = done.returncode, done.stdout, done.stderr
-        self.results: dict[str, Any] = {}
-        if results.exists():
-            self.results = json.loads(results.read_text(encoding="utf-8"))
-
-    def points(self) -> dict[str, float]:
-        """Return the points of each check that earned some, by its id without "tp1."."""
-        checks = self.results["checks"]
-        return {each["id"][4:]: each["points"] for each in checks if each["points"]}
-
-    def outcomes(self) -> dict[str, str]:
-        """Return the outcome of each exercise by its function."""
-        return {each["function"]: each["outcome"] for each in self.results["exercises"]}
-
-    def check(self, name: str) -> dict[str, Any]:
-        """Return one check by its id without "tp1."."""
-        (found,) = (each for each in self.results["checks"] if each["id"] == f"tp1.{name}")
-        return dict(found)
+Grade = Callable[..., Graded]
 
 
 @pytest.fixture
@@ -53,23 +26,9 @@ def grade(cache: Path, tmp_path: Path) -> Grade:
     def run(
         folder: Path, *words: str, root: Path = ROOT, whole: bool = False, **settings: str
     ) -> Graded:
-        build = tmp_path / "build"
-        build.mkdir(exist_ok=True)
-        if not (build / "cache").exists():
-            (build / "cache").symlink_to(cache)
         words = words if whole or "-k" in words or "--tp" in words else (*words, "--tp", "1")
-        environment = {k: v for k, v in os.environ.items() if k not in ("MRT_LANG", "CC")}
-        done = subprocess.run(
-            [sys.executable, "-m", "grader", "grade", str(folder), "--build", str(build), *words],
-            cwd=root,
-            env={**environment, **settings},
-            capture_output=True,
-            text=True,
-            timeout=120,
-            check=False,
-        )
-        part = "" if whole else "partial"
-        return Graded(done, build / "grade" / part / "results.json")
+        build = tmp_path / "build"
+        return grading.grade(folder, build, cache, *words, root=root, settings=settings)
 
     return run
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from grader import diagnosis, manifest
-from grader.dev import mistakes, patches
+from grader.dev import bank, mistakes, patches
 from grader.dev.patches import PatchError, patched, reference
 from grader.diagnosis import is_picture
 from grader.expected import FOLDER
@@ -43,25 +43,25 @@ def test_every_function_has_its_mistakes() -> None:
 
 def test_an_entry_names_checks_of_its_exercise() -> None:
     """Each mistake shows in a check of its own; the bank holds these, but for the pictures."""
-    bank = diagnosis.read(FOLDER)
-    assert set(bank) == {each.id for each in KNOWN}
+    stored = diagnosis.read(FOLDER)
+    assert set(stored) == {each.id for each in KNOWN}
     for each in KNOWN:
         own = {check.id for check in RULES.exercise(each.exercise).checks}
         assert each.shows, each.id
         assert set(each.shows) <= own, each.id
         functions = {name for name in each.shows if not is_picture(name)}
-        assert set(bank[each.id].signature) == functions, each.id
+        assert set(stored[each.id].signature) == functions, each.id
 
 
 def test_only_twins_are_alike() -> None:
     """No two mistakes of an exercise have the same answers, but those that say so."""
-    bank = diagnosis.read(FOLDER)
+    stored = diagnosis.read(FOLDER)
     for each in KNOWN:
-        if not (known := bank[each.id]).signature:
+        if not (known := stored[each.id]).signature:
             continue  # it shows in pictures only
         alike = {
             name
-            for name, other in bank.items()
+            for name, other in stored.items()
             if name != each.id and diagnosis.same(known.signature, other.signature)
         }
         assert alike == set(each.twins), each.id
@@ -95,8 +95,8 @@ PATCH = """\
 """
 
 
-def test_a_mistake_is_added_by_a_patch_and_an_entry(tmp_path: Path) -> None:
-    """What the patch changes is found by its text, wherever it stands."""
+def test_a_mistake_is_added_by_a_patch_and_an_entry(tmp_path: Path, cache: Path) -> None:
+    """What the patch changes is found by its text, wherever it stands; the bank then knows it."""
     (tmp_path / "white.patch").write_text(PATCH, encoding="utf-8")
     entry = '[mistake.white]\nexercise = "TP1.2"\nshows = ["tp1.fill_color.every_pixel"]\n'
     (tmp_path / "mistakes.toml").write_text(entry, encoding="utf-8")
@@ -105,7 +105,10 @@ def test_a_mistake_is_added_by_a_patch_and_an_entry(tmp_path: Path) -> None:
     before, after = reference(), white.files()
     text = before["main.c"].replace("img[k] = c;", "img[k] = vector_init(1.f, 1.f, 1.f);")
     assert after == {**before, "main.c": text}
-    assert white.submission().files["main.c"] == text.encode()
+    known = bank.answers(white, FOLDER, cache)
+    assert set(known.signature) == set(white.shows)
+    others = diagnosis.read(FOLDER).values()
+    assert not any(diagnosis.same(known.signature, each.signature) for each in others)
 
 
 def test_a_malformed_list_is_named(tmp_path: Path) -> None:

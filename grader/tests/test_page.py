@@ -207,3 +207,12 @@ def test_the_page_is_made_again_from_the_results(tmp_path: Path) -> None:
     failed = run()
     assert failed.returncode == 2
     assert re.search(r"results\.json: .*make grade", failed.stderr)
+
+
+def test_the_page_is_the_same_without_kept_templates(
+    whole: Callable[..., str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where compiled templates cannot be kept they are compiled each time."""
+    kept = whole()
+    monkeypatch.setattr("grader.page.os.access", lambda path, mode: False)
+    assert whole() == kept

@@ -23,6 +23,7 @@ from grader.dev.release import ReleaseError
 from grader.tests.shell import NOBODY, ROOT, reachable, run
 from grader.texts import LANGUAGES, Texts
 
+COURSE = (ROOT / "grader" / "course.toml").read_bytes()  # ends in [people]
 Files = dict[str, bytes]
 FOLDERS = ("core_c", "grader", "reference", "notebooks")
 
@@ -228,6 +229,8 @@ def test_what_students_have_is_no_leak(files: Files) -> None:
         ("core_c/main.c", b"int main(void) {}\n", "not_skeleton"),
         ("grader/originals.zip", b"", "not_skeleton"),
         ("core_c/AUTEURS.txt", b"Nom : Lovelace, Ada, 21905678", "named"),
+        ("grader/course.toml", COURSE + b'excused = ["21905678"]', "people"),
+        ("grader/course.toml", COURSE + b'extensions = { "A" = 2026-03-09T23:59:00 }', "people"),
         ("reference/expected/unseen.npz", b"", "unknown_data"),
         ("reference/expected/manifest.json", b'{"seed": 7, "files": {}}', "other_seed"),
         ("reference/expected/7/manifest.json", b'{"seed": 7, "files": {}}', "other_seed"),

@@ -21,7 +21,7 @@ from grader.records import (
     Target,
     Verdict,
 )
-from grader.tests.reports import HOSTILE, every_outcome
+from grader.tests.reports import HOSTILE, PNG, every_outcome
 from grader.texts import LANGUAGES, Texts
 from grader.toolchain import Compiler
 
@@ -270,3 +270,15 @@ def test_darwin_has_its_own_flags_for_linking_and_cxx() -> None:
     assert toolchain.cxx_library(darwin) == "-lc++"
     assert toolchain.strict_link_flags(linux) == ["-Wl,--require-defined=main"]
     assert "-std=gnu++17" in toolchain.compile_flags(linux, Target(96, 64), "c++")
+
+
+def test_pictures_of_an_earlier_run_are_removed(tmp_path: Path) -> None:
+    """Those that the new results do not name; what else stands in the folder is left alone."""
+    content = every_outcome(folder=tmp_path)
+    named = {name for each in content["checks"] for name in each["images"].values()}
+    others = ["images/tp9.scene.mine.png", "images/notes.txt", "images/my-picture.png", "x.png"]
+    for name in ("images/tp4.scene.mirror_0-detail.png", *others):
+        (tmp_path / name).write_bytes(PNG)
+    every_outcome(folder=tmp_path)
+    left = {path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("*.*")}
+    assert left == named | set(others)

@@ -202,10 +202,11 @@ class Worker:
 
     def _end(self, session: int) -> bytes:
         pid = self._alive.pop(session)
+        by_itself = _is_over(pid)  # or by somebody else
         _kill(pid)  # itself, and what the code may have started in its session
         _, status, usage = os.wait4(pid, 0)
         self._sweep()
-        return EXITED.pack(status, usage.ru_utime + usage.ru_stime)
+        return EXITED.pack(status if by_itself else 0, usage.ru_utime + usage.ru_stime)
 
     def _sweep(self) -> None:
         """End what sessions have left, where nothing keeps their code from starting processes."""

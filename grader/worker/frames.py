@@ -13,8 +13,8 @@ bytes. Requests of the parent to the worker, in order; only the last has a reply
                                             whole, or of each call; space: bytes of addresses, 0
                                             for no limit
     release  {session, grace}               lets a session end by itself, and buries it later
-    reap     {session, grace, ask}          ends a session -> wait status, CPU seconds; ask: first
-                                            have it note where it is
+    reap     {session, grace, ask}          ends a session -> wait status (0: it had to be killed),
+                                            CPU seconds; ask: first have it note where it is
 The worker's first frame, "ready", answers no request; a session's first, "locked", says that the
 submission's code comes now, and the second, "done", that its library is loaded.
 Requests of the parent to a session:

@@ -10,9 +10,8 @@ import os
 import sys
 from pathlib import Path
 
-from grader.dev.bench import grading, inspector, lab, measure, pictures, report
+from grader.dev.bench import grading, inspector, lab, measure, pictures, report, slider
 from grader.dev.bench.programs import BenchError
-from grader.dev.patches import REFERENCE
 from grader.toolchain import ToolchainError
 
 NICE = 5  # the machine stays usable meanwhile
@@ -26,14 +25,15 @@ def main() -> int:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         # Wall time, which a nice process would lose to its neighbours.
-        grades = grading.measure(folder)
+        graded = grading.measure(folder)
         print(lab.text(lab.measure(folder)))
-        print(inspector.text(inspector.measure(REFERENCE)))
+        print(slider.text(slider.measure(folder)))
+        print(inspector.text(inspector.measure(folder)))
         print(pictures.text(pictures.measure()))
         os.nice(NICE)
         measured, octree_ratios = measure.measure_all(folder)
-        print(report.text(measured, octree_ratios, grades))
-        report.write_json(folder / "results.json", measured, octree_ratios, grades)
+        print(report.text(measured, octree_ratios, graded))
+        report.write_json(folder / "results.json", measured, octree_ratios, graded)
     except (BenchError, ToolchainError, OSError) as error:
         print(error, file=sys.stderr)
         return 1

@@ -9,56 +9,87 @@ import statistics
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from grader import manifest
+from grader import manifest, toolchain
 from grader.dev.bench.programs import BenchError
+from grader.isolation import orphans
+from grader.records import Target
+from grader.sizes import PICTURE, UNIT
 
-ROUNDS = 3
+ROUNDS = 5
 SECONDS = 120  # a grade that takes longer is stuck
 POLL_SECONDS = 0.02
-WHOLE: tuple[str, ...] = ()
-ONE = ("--tp", "2", "-k", "sphere")
+# What is asked of `make grade`, and the files that are edited before: all, or one.
+RUNS: Mapping[str, tuple[Mapping[str, str], Sequence[str]]] = {
+    "whole": ({}, manifest.load().student),
+    "units": ({"K": "not test_scene"}, manifest.load().student),
+    "one": ({"TP": "2", "K": "sphere"}, ["raytracer.c"]),
+}
 
 
 @dataclass(frozen=True)
 class Grade:
-    """Seconds of wall time and of CPU, medians; the most memory of all processes together.
-
-    The CPU of what ran in a sandbox is not in it: its processes are not waited for by ours.
-    """
+    """Seconds of wall time and of CPU, those of all processes; medians."""
 
     wall: float
     cpu: float
+
+
+@dataclass(frozen=True)
+class Grading:
+    """What grading the reference costs.
+
+    `limit` is the CPU of compiling its files, sanitized and optimised, and of its own functions in
+    the checks; `canary` the wall time of proving the isolation; both in seconds. `peak_mb` is the
+    memory of all processes together, at most.
+    """
+
+    grades: Mapping[str, Grade]  # by RUNS
+    limit: float
+    canary: float
     peak_mb: float
 
 
-def measure(folder: Path) -> dict[str, Grade]:
-    """Grade the reference whole, then one exercise of it after an edit of its file."""
+def measure(folder: Path) -> Grading:
+    """Grade the reference whole, then its functions alone, then one exercise of it."""
     build = folder / "grading"
     submission = folder / "submission"
     shutil.rmtree(submission, ignore_errors=True)
     submission.mkdir(parents=True)
     for name in manifest.load().student:
         shutil.copy(manifest.ROOT / "reference" / name, submission)
-    _run(submission, build, WHOLE)  # warms the caches
-    return {
-        "whole": _median(_rounds(submission, build, WHOLE, manifest.load().student)),
-        "one": _median(_rounds(submission, build, ONE, ["raytracer.c"])),
-    }
+    orphans.adopt()  # so that their CPU is counted
+    # Warms the caches, too; to look at every process takes time of its own.
+    peak = max(_watched(_command(submission, build, {})))
+    return Grading(
+        {name: _median(_rounds(submission, build, *RUNS[name])) for name in RUNS},
+        limit(submission, build / "cache"),
+        _canary(),
+        peak,
+    )
+
+
+def limit(submission: Path, cache: Path) -> float:
+    """Return the CPU seconds that grading a submission must take at least, as in Grading."""
+    return _compiling(submission) + _inside(submission, cache)
 
 
 def _rounds(
-    submission: Path, build: Path, options: Sequence[str], edited: Sequence[str]
+    submission: Path, build: Path, settings: Mapping[str, str], edited: Sequence[str]
 ) -> Iterator[Grade]:
     for _ in range(ROUNDS):
         for name in edited:
             # A comment that was never there: nothing of the file is in a cache.
             with (submission / name).open("a", encoding="utf-8") as out:
                 out.write(f"/* {time.time_ns()} */\n")
-        yield _run(submission, build, options)
+        before, start = _cpu(), time.monotonic()
+        _check(_command(submission, build, settings))
+        wall = time.monotonic() - start
+        orphans.sweep()
+        yield Grade(wall, _cpu() - before)
 
 
 def _median(grades: Iterator[Grade]) -> Grade:
@@ -66,27 +97,79 @@ def _median(grades: Iterator[Grade]) -> Grade:
     return Grade(
         statistics.median(each.wall for each in found),
         statistics.median(each.cpu for each in found),
-        max(each.peak_mb for each in found),
     )
 
 
-def _run(submission: Path, build: Path, options: Sequence[str]) -> Grade:
-    command = [sys.executable, "-m", "grader", "grade", str(submission), *options]
-    command += ["--build", str(build)]
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    start, peak = time.monotonic(), 0.0
+def _command(submission: Path, build: Path, settings: Mapping[str, str]) -> list[str]:
+    values = {**settings, "SUBMISSION": str(submission), "BUILD": str(build)}
+    return ["make", "-s", "grade", *(f"{name}={value}" for name, value in values.items())]
+
+
+def _watched(command: Sequence[str]) -> Iterator[float]:
+    """Run a command; yield the memory of its processes, in MB, again and again."""
+    start = time.monotonic()
     with subprocess.Popen(command, cwd=manifest.ROOT, stdout=subprocess.DEVNULL) as grade:
         while grade.poll() is None:
-            peak = max(peak, _megabytes(grade.pid))
+            yield _megabytes(grade.pid)
             if time.monotonic() - start > SECONDS:
                 grade.kill()
             time.sleep(POLL_SECONDS)
-        wall = time.monotonic() - start
     if grade.returncode != 0:
         raise BenchError(f"grading the reference ended with status {grade.returncode}")
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    return Grade(wall, cpu, peak)
+
+
+def _cpu() -> float:
+    """Return the CPU seconds of the children that have ended, and of theirs."""
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
+
+
+def _compiling(submission: Path) -> float:
+    """Return the CPU seconds of compiling the submission's files for functions and pictures."""
+    compiler = toolchain.find_compiler()
+    sanitized = bool(toolchain.sanitizer_runtime(compiler))
+
+    def compile_all() -> None:
+        for target in (Target(*UNIT, sanitized), Target(*PICTURE)):
+            flags = toolchain.compile_flags(compiler, target)
+            for source in sorted(submission.glob("*.c")):
+                command = [*compiler.command, *flags, "-iquote", str(manifest.CORE)]
+                _check([*command, "-c", str(source), "-o", os.devnull])
+
+    return _median_of(_cpu, compile_all)
+
+
+def _inside(submission: Path, cache: Path) -> float:
+    """Return the CPU seconds of the submission's own functions in its checks."""
+    command = [sys.executable, "-m", "grader.dev.bench.inside", str(submission), str(cache)]
+    return statistics.median(float(_check(command)) for _ in range(ROUNDS))
+
+
+def _canary() -> float:
+    """Return the wall time of the command that proves the isolation."""
+    command = [sys.executable, "-m", "grader.isolation.canary"]
+    _check(command)  # builds its library
+    return _median_of(time.monotonic, lambda: _check(command))
+
+
+def _median_of(clock: Callable[[], float], act: Callable[[], object]) -> float:
+    """Return by how much a clock goes on while something is done."""
+    found = []
+    for _ in range(ROUNDS):
+        start = clock()
+        act()
+        found.append(clock() - start)
+    return statistics.median(found)
+
+
+def _check(command: Sequence[str]) -> str:
+    """Run a command; return what it prints. Raises BenchError when it fails."""
+    done = subprocess.run(
+        command, cwd=manifest.ROOT, capture_output=True, text=True, timeout=SECONDS, check=False
+    )
+    if done.returncode != 0:
+        raise BenchError(f"{command[0]} ended with status {done.returncode}: {done.stderr[:300]}")
+    return done.stdout
 
 
 def _megabytes(root: int) -> float:

@@ -1,6 +1,7 @@
 """The notebook's three waits: from saving a C file to its picture, a slider's frame, a crash.
 
-The frame is what the kernel adds to an empty slider's round trip: drawing, and the page's HTML.
+The frame is the kernel's part of what a slider waits for, drawing and the page's HTML; slider.py
+measures the whole in a browser.
 """
 
 from __future__ import annotations

@@ -7,8 +7,8 @@ import time
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from grader.dev.pictures.make import texels
 from grader.dev.pictures.readings import REFERENCE
+from grader.dev.pictures.texels import texels
 from grader.expected import FOLDER
 from grader.pictures.judging import judge
 from grader.pictures.plan import JUDGED

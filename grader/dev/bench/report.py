@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from grader.dev.bench.grading import Grade
+from grader.dev.bench.grading import Grading
 from grader.dev.bench.measure import Measured
 
 # Render seconds of an earlier run of the same workload on one machine. c-ray-fast 2.0 is in no
@@ -17,8 +17,10 @@ PUBLISHED_POVRAY = {"small": 0.84, "flake4": 2.09, "flake5": 3.72, "flake6": 4.7
 PUBLISHED_CRAY = {"flake4": 3.08, "flake5": 7.68, "flake6": 18.8}
 
 # On two quiet cores, the environment and the given files' objects at hand.
-GRADING_SECONDS = {"whole": 2.0, "one": 1.0}
+GRADING_SECONDS = {"whole": 3.0, "units": 2.0, "one": 1.0}
+GRADING_RATIO = 1.5  # CPU of the whole, over what compiling and the submission itself take
 GRADING_MB = 500.0
+CANARY_SECONDS = 0.1
 
 
 @dataclass(frozen=True)
@@ -36,7 +38,7 @@ class Goal:
 
 
 def goals(
-    measured: Sequence[Measured], octree_ratios: Mapping[str, float], grades: Mapping[str, Grade]
+    measured: Sequence[Measured], octree_ratios: Mapping[str, float], grading: Grading
 ) -> list[Goal]:
     """Return every goal of the benchmarks, with what was measured."""
     found = [goal for scene in measured for goal in _scene_goals(scene)]
@@ -44,15 +46,17 @@ def goals(
         Goal(f"scene {name}: time with octree / without", ratio, 1.1)
         for name, ratio in octree_ratios.items()
     ]
-    found += [
-        Goal(f"grading, {name}: seconds of wall time", each.wall, GRADING_SECONDS[name])
-        for name, each in grades.items()
-    ]
-    found += [
-        Goal(f"grading, {name}: peak memory, MB", each.peak_mb, GRADING_MB)
-        for name, each in grades.items()
-    ]
-    return found
+    return [*found, *_grading_goals(grading)]
+
+
+def _grading_goals(grading: Grading) -> Iterator[Goal]:
+    for name, each in grading.grades.items():
+        yield Goal(f"grading, {name}: seconds of wall time", each.wall, GRADING_SECONDS[name])
+    whole, limit = grading.grades["whole"].cpu, grading.limit
+    what = f"grading, whole: CPU ({whole:.2f} s) / limit ({limit:.2f} s)"
+    yield Goal(what, whole / limit, GRADING_RATIO)
+    yield Goal("grading: peak memory, MB", grading.peak_mb, GRADING_MB)
+    yield Goal("canary: seconds of wall time", grading.canary, CANARY_SECONDS)
 
 
 def _scene_goals(scene: Measured) -> Iterator[Goal]:
@@ -90,9 +94,7 @@ def table(rows: Sequence[Sequence[str]]) -> str:
     return "\n".join(lines)
 
 
-def text(
-    measured: Sequence[Measured], octree_ratios: Mapping[str, float], grades: Mapping[str, Grade]
-) -> str:
+def text(measured: Sequence[Measured], octree_ratios: Mapping[str, float], grading: Grading) -> str:
     """Return the whole report as a person reads it."""
     parts = [
         "One thread, 1280x720, CPU seconds, medians; the tree's building or the file's parsing "
@@ -101,7 +103,7 @@ def text(
         "Object tests a ray, and the octree's memory (the plain list on smaller pictures)",
         table(list(_count_rows(measured))),
         "Goals",
-        table([_goal_row(goal) for goal in goals(measured, octree_ratios, grades)]),
+        table([goal_row(goal) for goal in goals(measured, octree_ratios, grading)]),
     ]
     absent = {"povray", "tachyon"} - set(measured[0].costs)
     if absent:
@@ -138,7 +140,8 @@ def _count_rows(measured: Iterable[Measured]) -> Iterator[list[str]]:
         ]
 
 
-def _goal_row(goal: Goal) -> list[str]:
+def goal_row(goal: Goal) -> list[str]:
+    """Return the row of a goal in a table."""
     return [goal.what, f"{goal.value:.3g}", f"<= {goal.limit:g}", "yes" if goal.met else "MISSED"]
 
 
@@ -146,7 +149,7 @@ def write_json(
     path: Path,
     measured: Sequence[Measured],
     octree_ratios: Mapping[str, float],
-    grades: Mapping[str, Grade],
+    grading: Grading,
 ) -> None:
     """Write everything measured, whole or not at all."""
     content = {
@@ -155,9 +158,9 @@ def write_json(
             {**asdict(each), "bytes_per_object": each.counts.bytes_per_object} for each in measured
         ],
         "octree_ratios": dict(octree_ratios),
-        "grading": {name: asdict(each) for name, each in grades.items()},
+        "grading": asdict(grading),
         "goals": [
-            {**asdict(goal), "met": goal.met} for goal in goals(measured, octree_ratios, grades)
+            {**asdict(goal), "met": goal.met} for goal in goals(measured, octree_ratios, grading)
         ],
     }
     part = path.with_name(f".{path.name}.{os.getpid()}.part")

@@ -5,17 +5,15 @@ from __future__ import annotations
 import sys
 
 from grader.dev.pictures import calibrate
-from grader.dev.pictures.make import make
-from grader.expected import FOLDER
-from grader.pictures import stored
 
 
 def main() -> int:
     """Set the limits, write them beside the pictures, and try them; return the exit code."""
     status = calibrate.set_limits()
-    make(FOLDER / stored.FOLDER)
-    stored.forget()
-    return calibrate.try_limits() or status
+    status |= calibrate.try_mixtures()
+    status |= calibrate.try_wrongs()
+    calibrate.try_mistakes()
+    return status
 
 
 if __name__ == "__main__":

@@ -10,9 +10,11 @@ from pathlib import Path
 
 import numpy as np
 
+from grader.dev.pictures import lineup
 from grader.dev.pictures.calibration import MARGIN, limits
-from grader.dev.pictures.make import make, maps, texels
+from grader.dev.pictures.make import make, maps
 from grader.dev.pictures.readings import REFERENCE
+from grader.dev.pictures.texels import texels
 from grader.expected import FOLDER, read_manifest
 from grader.pictures import stored
 from grader.pictures.measure import measure, outside
@@ -38,9 +40,12 @@ def check(folder: Path) -> int:
 
     Another compiler may round otherwise: they must stay within half of the limits.
     """
-    files = set(read_manifest(folder / stored.FOLDER)["files"]) | {"manifest.json"}
+    manifest = read_manifest(folder / stored.FOLDER)
+    files = {*manifest["files"], "manifest.json"}
     there = {path.name for path in (folder / stored.FOLDER).iterdir()}
     drifted = [f"{name}: missing, or not in the manifest" for name in sorted(files ^ there)]
+    if manifest.get("mistakes") != lineup.fingerprint():
+        drifted.append("what known mistakes draw")
     with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
         pairs = [(folder, picture) for picture in everything()]
         drifted += [line for each in pool.map(lambda pair: _picture(*pair), pairs) for line in each]

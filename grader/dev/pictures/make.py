@@ -8,10 +8,10 @@ import json
 import os
 import shutil
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -19,17 +19,20 @@ import numpy as np
 from PIL import Image as Pillow
 
 from grader import toolchain
+from grader.dev.pictures import lineup
 from grader.dev.pictures.calibration import limits
 from grader.dev.pictures.readings import LOBE, REFERENCE, SEEDS, program, readings
-from grader.dev.texture import TEXTURE
-from grader.expected import Array, archived
+from grader.dev.pictures.texels import texels
+from grader.expected import Array, read_manifest
+from grader.files import write_whole
 from grader.judge import PICTURE_SIZE
+from grader.npz import archived
+from grader.pictures import stored
 from grader.pictures.measure import tile_means
-from grader.pictures.plan import COURSE, SCENES, STAGES, Picture, everything
+from grader.pictures.plan import COURSE, JUDGED, SCENES, STAGES, Picture, everything
 from grader.pictures.stored import BRIGHTEST, UNITS, distances_packed, packed
 from grader.shapes import Image, Mask
 
-TEXELS = (32, 16)  # of the texture in the pictures: several pixels each
 BAND = 16 / 255  # where samples change a pixel by more, edges are measured
 GLOSS = 0.1  # of the specular light, from which on a pixel is in a highlight
 NORMAL_UNITS = 32767
@@ -37,36 +40,48 @@ NORMAL_UNITS = 32767
 
 def make(folder: Path) -> None:
     """Write the folder of expected pictures: whole, or not at all."""
-    with tempfile.TemporaryDirectory(dir=folder.parent) as part:
+    with tempfile.TemporaryDirectory(dir=folder.parent) as name:
+        part = Path(name) / stored.FOLDER
+        part.mkdir()
         with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
             made = [*pool.map(picture_files, everything()), *pool.map(scene_files, SCENES)]
-        made.append(({"texture.png": png(texels()[::-1])}, {}))
-        files: dict[str, Any] = {}
-        for contents, rules in made:
-            for name, content in contents.items():
-                (Path(part) / name).write_bytes(content)
-                files[name] = {"sha256": hashlib.sha256(content).hexdigest(), **rules}
-        manifest = {
-            "command": "python -m grader.dev.pictures",
-            "size": list(PICTURE_SIZE),
-            "compiler": toolchain.find_compiler().version.splitlines()[0],
-            "files": dict(sorted(files.items())),
-        }
-        text = json.dumps(manifest, indent=1, ensure_ascii=False) + "\n"
-        (Path(part) / "manifest.json").write_text(text, encoding="utf-8")
+            made.append(({"texture.png": png(texels()[::-1])}, {}))
+            _write(part, made)
+            # What mistakes draw is told from what is accepted.
+            made += pool.map(partial(lineup.files, Path(name)), JUDGED)
+            _write(part, made)
         folder.mkdir(exist_ok=True)
         for old in folder.iterdir():
             old.unlink()
-        for each in sorted(Path(part).iterdir()):
+        for each in sorted(part.iterdir()):
             shutil.copyfile(each, folder / each.name)
 
 
-@cache
-def texels() -> Array:
-    """Return the texture of the pictures: the course's, shrunk; shape (16, 32, 3), 0 to 1."""
-    with Pillow.open(TEXTURE) as file:
-        small = file.convert("RGB").resize(TEXELS, Pillow.Resampling.BOX)
-    return np.asarray(small, np.float32) / np.float32(255)
+def _write(folder: Path, made: Sequence[tuple[dict[str, bytes], Mapping[str, Any]]]) -> None:
+    """Write files, and their manifest with what it says of each."""
+    files: dict[str, Any] = {}
+    for contents, rules in made:
+        for name, content in contents.items():
+            (folder / name).write_bytes(content)
+            files[name] = {"sha256": hashlib.sha256(content).hexdigest(), **rules}
+    manifest = {
+        "command": "python -m grader.dev.pictures",
+        "size": list(PICTURE_SIZE),
+        "compiler": toolchain.find_compiler().version.splitlines()[0],
+        "mistakes": lineup.fingerprint(),
+        "files": dict(sorted(files.items())),
+    }
+    text = json.dumps(manifest, indent=1, ensure_ascii=False) + "\n"
+    (folder / "manifest.json").write_text(text, encoding="utf-8")
+
+
+def write_limits(folder: Path) -> None:
+    """Put today's limits into the manifest of a folder of expected pictures."""
+    content = read_manifest(folder)
+    for picture in everything():
+        content["files"][f"{picture.name}.npz"]["limits"] = limits(picture)
+    text = json.dumps(content, indent=1, ensure_ascii=False) + "\n"
+    write_whole(folder / "manifest.json", text.encode())
 
 
 @cache

@@ -13,6 +13,7 @@ from typing import Any
 
 from grader.dev import patches
 from grader.dev.pictures.program import Order, Program
+from grader.dev.variants import FOLDER as VARIANTS
 from grader.expected import Array
 from grader.pictures.plan import STAGES, Picture
 from grader.shapes import Image
@@ -23,7 +24,10 @@ COARSE, FINE = 1e-3, 1e-5  # epsilons that students choose; scene units
 
 @dataclass(frozen=True)
 class Reading:
-    """One way to read the handout: patches of the reference, and how it is built and asked."""
+    """One way to read the handout: the reference, patched, and how it is built and asked.
+
+    A patch is one of readings/, or a variant's.
+    """
 
     id: str
     patches: tuple[str, ...] = ()
@@ -53,13 +57,23 @@ _SECONDARY = (
 )
 SEEDS = range(1, 9)  # of what is drawn by lot
 LOBE = Reading("lobe_n_v", ("lobe_n_v",))
+# Of its square of the pixel, the one where a sample stands.
+CORNERS: Mapping[str, tuple[str, ...]] = {
+    "bottom_left": ("-DRIGHT=0", "-DUP=0"),
+    "bottom_right": ("-DRIGHT=1", "-DUP=0"),
+    "top_left": ("-DRIGHT=0", "-DUP=1"),
+    "top_right": ("-DRIGHT=1", "-DUP=1"),
+}
 _SAMPLES = (
     Reading("samples_2", settings={"samples": 2}),
     Reading("samples_4", settings={"samples": 4}),
-    Reading("samples_corner", ("samples_corner",)),
+    *(
+        Reading(f"samples_corner_{name}", ("samples_corner",), flags)
+        for name, flags in CORNERS.items()
+    ),
     Reading("samples_end_points", ("samples_end_points",)),
     Reading("samples_unclamped", ("samples_unclamped",)),
-    *(Reading(f"samples_random_{k}", ("samples_random",), (f"-DDRAW={k}",)) for k in (1, 2, 3, 4)),
+    *(Reading(f"samples_random_{k}", ("samples_random",), (f"-DDRAW={k}",)) for k in range(1, 9)),
 )
 
 
@@ -89,5 +103,6 @@ def _program(
 ) -> Program:
     files = patches.reference()
     for name in names:
-        files = patches.patched(FOLDER / f"{name}.patch", files)
+        path = FOLDER / f"{name}.patch"
+        files = patches.patched(path if path.is_file() else VARIANTS / path.name, files)
     return Program(files, flags, compiler, double)

@@ -46,9 +46,13 @@ class Suite:
 class Maker:
     """Random numbers of one seed, and structs of the reference's types."""
 
-    def __init__(self, core: Core, session: Session, seed: int) -> None:
+    def __init__(self, core: Core, session: Session, seed: int | np.random.Generator) -> None:
         self.core, self.session = core, session
         self.rng = np.random.default_rng(seed)
+
+    def aside(self) -> Maker:
+        """Return a maker with random numbers of its own: those of this one stay as they are."""
+        return Maker(self.core, self.session, self.rng.spawn(1)[0])
 
     # ---- Numbers and vectors --------------------------------------------------------------------
 

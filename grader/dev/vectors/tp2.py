@@ -156,12 +156,14 @@ def _scenes(m: Maker) -> list[Suite]:
     single = m.objects("SPHERE", 1, center=(0, 0, 0), radius=1)
     meets = [_search(m, single, stack(simple[:1], aside)), *mixed]
     kinds = [cloud(m, 2, planes=1), cloud(m, 6, planes=2)]
-    empty = _search(m, m.core.zeros("object", 0), simple)
+    # Last, and along rays that would meet what a larger scene has left behind in scene[0].
+    left = stack(simple, towards(m.aside(), clouds[-1][:1], 9))
+    empty = _search(m, m.core.zeros("object", 0), left)
     suites = {
         "nearest": [only(each, result(m.ask(each))) for each in rows + drawn],
         "meets": meets,
         "kinds": [_search(m, scene, towards(m, scene, 50)) for scene in kinds],
-        "nothing": [empty, *[only(each, ~result(m.ask(each))) for each in meets]],
+        "nothing": [*[only(each, ~result(m.ask(each))) for each in meets], empty],
     }
     return [
         Suite(

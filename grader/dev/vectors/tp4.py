@@ -23,6 +23,7 @@ from grader.expected import Array, Batch
 CASES = 120
 REASON = "a unit vector: a few float operations"
 YES_OR_NO = "the answer is yes or no"
+TALL = ("CYLINDER", "CONE")
 
 
 def suites(m: Maker) -> list[Suite]:
@@ -223,18 +224,20 @@ def _octree(m: Maker) -> list[Suite]:
         args["it"] = m.blank("intersection", 162)
         batch = Batch("intersect_scene", args, m.world(scene, octree=True))
         made.append(m.steady(batch, "r.orig"))
+    hits = [only(each, result(m.ask(each))) for each in [*made, _each(m.aside(), scenes[-1])]]
     flat = tp2.cloud(m, 6, planes=2)
     down = m.rays(floats([(20, 0, 20), (30, 3, 0)]), floats([0, -1, 0]))
     aside = {"r": down, "it": m.blank("intersection", 2)}
     planes = Batch("intersect_scene", aside, m.world(flat[flat["type"] == 1], octree=True))
     planes = replace(planes, globals=m.world(flat, octree=True), answers=m.ask(planes).answers)
     return [
-        _suite("octree", "hits", [only(each, result(m.ask(each))) for each in made], *_SOLID),
+        _suite("octree", "hits", hits, *_SOLID),
         _suite(
             "octree", "misses", [only(each, ~result(m.ask(each))) for each in made[1:]], *_SOLID
         ),
         _suite("octree", "planes", [planes], *_SOLID),
         _suite("octree", "overlap", [_overlaps(m)], 0.0, YES_OR_NO),
+        _suite("octree", "tall", [_reaching(m.aside(), kind) for kind in TALL], 0.0, YES_OR_NO),
     ]
 
 
@@ -248,6 +251,14 @@ def _crowd(m: Maker) -> Array:
     made["radius"][7::40] = 1.5
     made["center"][11] = (30, 2, 1)
     return made
+
+
+def _each(m: Maker, scene: Array) -> Batch:
+    """Return a ray for each sphere, from near by: one that stands alone in its box counts too."""
+    away = m.unit(len(scene))
+    start = scene["center"] + (scene["radius"][:, None] + m.uniform(0.2, 1, len(scene), 1)) * away
+    args = {"r": m.rays(start, -away), "it": m.blank("intersection", len(scene))}
+    return m.steady(Batch("intersect_scene", args, m.world(scene, octree=True)), "r.orig")
 
 
 def _overlaps(m: Maker) -> Batch:
@@ -273,6 +284,26 @@ def _overlaps(m: Maker) -> Batch:
         {"b": stack(boxes, boxes[:6]), "obj": stack(objects, planes)},
         {},
     )
+
+
+def _reaching(m: Maker, kind: str) -> Batch:
+    """Boxes around a point that is in a cylinder or a cone: near its rim, its ends or its tip."""
+    count = 90
+    objects = m.objects(kind, count, base=m.uniform(-3, 3, count, 3), axis=m.unit(count))
+    objects["length"], objects["radius"] = m.uniform(0.5, 3, count), m.uniform(0.2, 1.5, count)
+    up, out = m.uniform(0.02, 0.98, count), np.full(count, 0.97, np.float32)
+    up[::3], up[1::3] = 0.02, 0.98
+    aside = norm1(np.cross(objects["axis"], m.unit(count)))
+    objects["base"][:2], objects["axis"][:2], aside[:2] = 0, (0, 1, 0), (1, 0, 0)
+    objects["length"][:2], objects["radius"][:2] = 2, 1
+    if kind == "CONE":
+        out *= 1 - up
+    along = (up * objects["length"])[:, None] * objects["axis"]
+    point = objects["base"] + along + (out * objects["radius"])[:, None] * aside
+    boxes = m.core.zeros("box", count)
+    boxes["min"] = point - m.uniform(0.02, 0.3, count, 3)
+    boxes["max"] = point + m.uniform(0.02, 0.3, count, 3)
+    return Batch("box_overlaps_object", {"b": boxes, "obj": objects}, {})
 
 
 def _suite(function: str, name: str, batches: list[Batch], tolerance: float, reason: str) -> Suite:

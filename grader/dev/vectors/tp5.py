@@ -160,23 +160,39 @@ def _glass(m: Maker) -> list[Suite]:
         for name, each in batches.items()
     ]
     questions = tuple(_drawn(m, cosine, index) for cosine, index in _ANGLES)
-    return [*suites, Suite("glass_color.odds", questions, COLOR, "a share of random draws")]
+    # Diamond: there the index makes the share, where elsewhere the angle does.
+    questions += (_drawn(m.aside(), 1.0, 2.5),)
+    plain = tuple(_drawn(m.aside(), 0.1, 1.5, ks) for ks in ((1, 0, 0.5), (0, 1, 0.5)))
+    reason = "a share of random draws"
+    return [
+        *suites,
+        Suite("glass_color.odds", questions, COLOR, reason),
+        Suite("glass_color.plain", plain, COLOR, reason),
+    ]
 
 
 # Cosine of the angle, index: the share that is reflected is about 4, 21, 35 and 61 %.
 _ANGLES = ((1.0, 1.5), (0.3, 1.5), (0.2, 1.3), (0.1, 1.5))
 
 
-def _drawn(m: Maker, cosine: float, index: float) -> Question:
-    """Return the same ray with many seeds: reflected it sees the sky, refracted a floor."""
+def _drawn(
+    m: Maker, cosine: float, index: float, ks: tuple[float, float, float] | None = None
+) -> Question:
+    """Return the same ray with many seeds: reflected it sees the sky, refracted a floor.
+
+    With `ks` that is the material's, and Fresnel is off.
+    """
     floor = m.objects("PLANE", 1, normal=(0, 1, 0), dist=5)
     floor["mat"] = m.materials(1, kd=(0.9, 0.1, 0.1), ks=0, kr=0)
     direction = floats([[np.sqrt(1 - cosine**2), -cosine, 0]])
     rays = m.rays(np.repeat(-direction, DRAWS, axis=0), direction)
     rays["seed"] = m.rng.integers(2, 1 << 32, DRAWS, dtype=np.uint32)
     mat = m.materials(DRAWS, refraction_index=index)
+    if ks is not None:
+        mat["ks"] = ks
     hits = m.hits((0, 0, 0), (0, 1, 0), mat)
-    return Question(Batch("glass_color", {"in": rays, "it": hits}, m.world(floor, shading=False)))
+    world = m.world(floor, shading=False, fresnel=ks is None)
+    return Question(Batch("glass_color", {"in": rays, "it": hits}, world))
 
 
 # ---- The fractal --------------------------------------------------------------------------------

@@ -19,12 +19,14 @@ from grader.lab.complaints import sentence
 from grader.lab.core import EXPECTED_SIZE, Core
 from grader.lab.inspector import rows, space
 from grader.lab.inspector.looking import Looking, Seen
-from grader.lab.inspector.worst import worst_pixel
 from grader.lab.place import core_folder
 from grader.lab.scene import Scene
 from grader.lab.stopped import Stopped
+from grader.lab.vectors import Array
 from grader.lab.words import say
-from grader.pictures.plan import SCENES, Picture
+from grader.pictures import stored
+from grader.pictures.plan import PATTERNED, SCENES, Picture
+from grader.pictures.worst import worst_pixel
 from grader.shapes import Size
 
 __all__ = ["Inspection", "inspect", "shown"]
@@ -54,12 +56,14 @@ def inspect(
     """
     folder = core.engine.folder if core is not None else core_folder()
     picture = Picture(scene, FULL) if isinstance(scene, int) and not chosen else None
+    texels = None
     if isinstance(scene, str):
         picture = comparing.plan(scene)
         options = comparing.options(scene)
         scene = int(options.pop("scene"))
         chosen = {**options, **chosen}
-    looking = Looking(folder, scene, size, chosen)
+        texels = _texels(picture)
+    looking = Looking(folder, scene, size, chosen, texels)
     if pixel is None:
         pixel = _start(looking, picture)
     elif len(pixel) != 2:
@@ -84,14 +88,14 @@ class Inspection:
 
     def _repr_mimebundle_(self, include: Any = None, exclude: Any = None) -> dict[str, Any]:
         """Return the widget, and beside it what a page without widgets shows."""
+        static = self.shown()
+        return {**self.bundle(), "text/html": static.html, "text/plain": static.text}
+
+    def bundle(self, fold: str = "") -> dict[str, Any]:
+        """Return what Jupyter needs to show the widget; `fold` is the title that unfolds it."""
         from grader.lab.inspector.widget import bundle
 
-        static = self.shown()
-        return {
-            **bundle(self.looking, self.seen),
-            "text/html": static.html,
-            "text/plain": static.text,
-        }
+        return bundle(self.looking, self.seen, fold)
 
     def __repr__(self) -> str:
         return rows.told(self.looking, self.seen).text
@@ -106,15 +110,24 @@ def shown(looking: Looking, seen: Seen) -> Shown:
     return stack(parts)
 
 
+def _texels(picture: Picture) -> Array | None:
+    """Return the texture that an expected picture was drawn with, if it has one of its own."""
+    try:
+        return stored.read_texels(FOLDER) if picture.scene in PATTERNED else None
+    except ExpectedError:
+        return None
+
+
 def _start(looking: Looking, picture: Picture | None) -> tuple[int, int]:
     """Return the pixel that is most wrong, if that can be told, or else the middle."""
     width, height = looking.probe.size
-    known = picture is not None and picture.stage in SCENES.get(picture.scene, ())
-    if known and picture is not None and (width, height) == EXPECTED_SIZE and not looking.ended:
-        try:
-            found = worst_pixel(FOLDER, picture, looking.picture)
-        except ExpectedError:
-            found = None
-        if found is not None:
-            return found
-    return width // 2, height // 2
+    middle = width // 2, height // 2
+    if picture is None or (width, height) != EXPECTED_SIZE or looking.ended:
+        return middle
+    drawn_alike = looking.has_texture or picture.scene not in PATTERNED
+    if picture.stage not in SCENES.get(picture.scene, ()) or not drawn_alike:
+        return middle
+    try:
+        return worst_pixel(FOLDER, picture, looking.picture) or middle
+    except ExpectedError:
+        return middle

@@ -239,7 +239,24 @@ function spaceView(model, pick) {
   return { canvas, draw, light };
 }
 
+// A folded one is drawn when it is first unfolded: before, it has no width.
 function render({ model, el }) {
+  const title = model.get("fold");
+  if (!title) return inspector(model, el);
+  const inside = element("div", {});
+  const details = element("details", {}, element("summary", { textContent: title }), inside);
+  let stop = null;
+  details.addEventListener("toggle", () => {
+    if (details.open && !stop) stop = inspector(model, inside);
+  });
+  el.append(details);
+  return () => {
+    if (stop) stop();
+  };
+}
+
+// Draws the inspector in an element; returns what ends it.
+function inspector(model, el) {
   const scene = model.get("scene");
   const told = element("div", { className: "mrt-told" });
   told.setAttribute("aria-live", "polite");

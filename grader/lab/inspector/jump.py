@@ -1,47 +1,61 @@
-"""From a failed picture to the pixel: what a check shows of the inspector."""
+"""From a failed picture to the pixel: what a check shows, and the inspector one click away."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import Any
+
 from grader.lab.card import Shown, code, escape, fold
-from grader.lab.inspector import inspect
-from grader.lab.inspector.rows import sentence
-from grader.lab.stopped import Stopped
+from grader.lab.inspector import Inspection, inspect
+from grader.lab.stopped import Stopped, display
 from grader.lab.words import say
-from grader.pictures.plan import Picture
-
-# Checks of a picture that are not called after its stage.
-_STAGES = {"checker": "blinn_phong", "texture": "blinn_phong", "octree": "shadows"}
+from grader.records import Pixel
 
 
-def picture_of(check: str) -> Picture | None:
-    """Return the picture that a check judges, such as that of "tp2.scene.flat_0"; None: no one."""
-    _, _, name = check.partition(".scene.")
-    if not name:
-        return None
-    stage, _, scene = name.rpartition("_")
-    return Picture(int(scene), _STAGES.get(stage, stage))
+def pointed(pixel: Pixel) -> Shown:
+    """Return a pixel with its first wrong value, and the call that opens the inspector there."""
+    call = f'inspect("{pixel.picture}", ({pixel.i}, {pixel.j}))'
+    html = f"<p>{escape(pixel.told)}</p>{code(call)}"
+    return Shown(html, f"  {pixel.told}\n  {call}")
 
 
-def jump(check: str) -> Shown | None:
-    """Return the worst pixel of a check's picture and its first wrong value, to be unfolded.
+@dataclass(frozen=True, repr=False)
+class Jump(Shown):
+    """The inspector at a pixel, folded: a widget, or what a page without widgets unfolds."""
 
-    None for a check that judges no picture, and where the picture cannot be drawn.
+    title: str
+    inspection: Inspection
+
+    def _repr_mimebundle_(self, include: Any = None, exclude: Any = None) -> dict[str, Any]:
+        """Return what Jupyter chooses from."""
+        widget = self.inspection.bundle(self.title)
+        return widget | {"text/html": self.html, "text/plain": self.text}
+
+
+@dataclass(frozen=True, repr=False)
+class Checked(Shown):
+    """What checks say; below, the inspector at the pixel of each picture that fails."""
+
+    pixels: tuple[Pixel, ...] = ()
+
+    def _ipython_display_(self) -> None:
+        """Show it in a cell: the page stays when a notebook is opened again, widgets do not."""
+        display(Shown(self.html, self.text))
+        for each in self.pixels:
+            found = jump(each)
+            if found is not None:
+                display(found)
+
+
+def jump(pixel: Pixel) -> Jump | None:
+    """Return the inspector at a pixel; None where the scene cannot be set up.
+
+    Its processes end, and start again when another pixel is chosen.
     """
-    picture = picture_of(check)
-    if picture is None:
-        return None
     try:
-        found = inspect(picture.name)
+        found = inspect(pixel.picture, (pixel.i, pixel.j))
     except Stopped:
         return None
-    i, j = found.seen.pixel
-    try:
-        lines = [say("inspect.jump", i=i, j=j)]
-        lines += [sentence(found.seen.fault)] if found.seen.fault else []
-        call = say("inspect.open", name=picture.name, i=i, j=j)
-        head = "".join(f"<p>{escape(each)}</p>" for each in lines)
-        inside = found.shown().html + code(call)
-        html = head + fold(say("inspect.unfold"), inside)
-        return Shown(html, "\n".join([*(f"  {each}" for each in lines), f"  {call}"]))
-    finally:
-        found.looking.probe.close()
+    found.looking.close()
+    title = say("inspect.unfold", picture=pixel.picture, i=pixel.i, j=pixel.j)
+    return Jump(fold(title, found.shown().html), title, title, found)

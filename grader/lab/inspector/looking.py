@@ -2,27 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
+from grader.expected import FOLDER, ExpectedError, lend_texture
 from grader.lab.card import Shown
-from grader.lab.engine import marks
-from grader.lab.inspector.case import Case, Fault
-from grader.lab.inspector.faults import first
-from grader.lab.inspector.maps import object_map, wanted
-from grader.lab.inspector.nodes import SKY
-from grader.lab.inspector.probe import Probe, shape_name
+from grader.lab.core import Core
+from grader.lab.engine import Stage, marks
 from grader.lab.picture import Picture, black
 from grader.lab.scene import Scene
 from grader.lab.stopped import Stopped
+from grader.lab.values import SHAPES
 from grader.lab.vectors import Array
 from grader.lab.words import say, texts
 from grader.pictures.plan import THINGS, thing
+from grader.replay.case import Case, Fault
+from grader.replay.faults import first
+from grader.replay.maps import object_map, wanted
+from grader.replay.nodes import SKY
+from grader.replay.probe import Probe
+from grader.runner import Core as Library
+from grader.runner import Session
 from grader.shapes import Size
+
+T = TypeVar("T")
+
+SECONDS = 3.0  # of one call: someone waits for the answer
 
 
 @dataclass(frozen=True)
@@ -35,15 +44,51 @@ class Seen:
     stopped: Shown | None = None
 
 
+class _Desk:
+    """The session that stays, with the scene; and with another texture, if one is given."""
+
+    def __init__(self, core: Core, texels: Array | None) -> None:
+        self._core, self._texels = core, texels
+        self._lent: object = None  # the scene that it was lent to
+
+    def ask(self, name: str, act: Callable[[Session, Library], T]) -> T:
+        """Let `act` use the session. Raises Stopped."""
+
+        def lent(stage: Stage) -> T:
+            if self._texels is not None and stage.placed is not self._lent:
+                lend_texture(stage.session, stage.core, self._texels)
+                self._lent = stage.placed
+            return act(stage.session, stage.core)
+
+        return self._core.use(name, lent)
+
+
 class Looking:
     """The code of a folder at work on a scene."""
 
     def __init__(
-        self, folder: Path, scene: int | Scene, size: Size, chosen: Mapping[str, Any]
+        self,
+        folder: Path,
+        scene: int | Scene,
+        size: Size,
+        chosen: Mapping[str, Any],
+        texels: Array | None = None,
     ) -> None:
-        """Set the scene up and draw it. Raises Stopped when the scene cannot be set up."""
-        self.folder = folder
-        self.probe = Probe(folder, scene, size, chosen)
+        """Set the scene up and draw it. Raises Stopped when the scene cannot be set up.
+
+        `chosen` are fields of `options`; `texels` take the place of the scene's texture.
+        """
+        self.folder, self._chosen = folder, dict(chosen)
+        self.has_texture = texels is not None  # that of the expected pictures
+        self._core = Core(folder)
+        self._core.size, self._core.seconds = size, SECONDS
+        self._core.options(**chosen)
+        if isinstance(scene, Scene):
+            self._core.set_scene(scene.objects, scene.lights, scene.camera)
+        else:
+            self._core.scene(scene)
+        number = scene if isinstance(scene, int) else None
+        self.probe = Probe(_Desk(self._core, texels), size, number)
         self.picture: Picture = black(size)
         self.ended: Shown | None = None  # what ended the drawing of the picture
         self._marks: object = None
@@ -56,7 +101,8 @@ class Looking:
             return False
         self._marks, self.ended = found, None
         try:
-            self.picture = self.probe.picture()
+            self.probe.call("sky_color")  # sets the scene up, with its texture
+            self.picture = self._core.render(**self._chosen)
         except Stopped as error:
             self.ended = error.shown  # the last picture stays
         return True
@@ -69,25 +115,38 @@ class Looking:
         try:
             root = self.probe.replay(i, j)
             drawn = None if self.ended else np.asarray(self.picture[j, i])
-            expected = wanted(self.probe.number, self.probe.size, i, j)
-            case = Case(self.probe, (i, j), root, expected, drawn)
-            return Seen((i, j), case, first(case))
+            expected = wanted(FOLDER, self.probe.number, self.probe.size, i, j)
+            case = Case(self.probe, (i, j), root, expected, drawn, FOLDER)
+            return Seen((i, j), case, _first(case))
         except Stopped as error:
             if error.by_hand:
                 raise
             return Seen((i, j), stopped=error.shown)
 
+    def close(self) -> None:
+        """End the processes; the next look starts new ones."""
+        self._core.close()
+
     def name(self, index: int) -> str:
         """Return what an object is called."""
         if index == SKY:
             return texts().say("thing.sky.name")
-        objects, number = self.probe.scene.objects.data, self.probe.number
+        objects, number = self.probe.content.objects, self.probe.number
         if not 0 <= index < len(objects):
             return say("inspect.unknown")
         if number is not None and number in THINGS and len(THINGS[number]) > 1:
             return texts().say(f"thing.{thing(number, index)}.name")
-        return say(f"inspect.shape.{shape_name(int(objects['type'][index]))}", index=index)
+        kind = SHAPES[int(objects["type"][index])][0].lower()
+        return say(f"inspect.shape.{kind}", index=index)
 
     def objects(self) -> Array | None:
         """Return which object stands at each pixel, where the expected maps tell."""
-        return object_map(self.probe.number, self.probe.size)
+        return object_map(FOLDER, self.probe.number, self.probe.size)
+
+
+def _first(case: Case) -> Fault | None:
+    """Return the first wrong value; None too where the expected data is not whole."""
+    try:
+        return first(case)
+    except ExpectedError:
+        return None

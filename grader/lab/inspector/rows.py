@@ -6,12 +6,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from grader.lab.card import Shown, card, escape, fold, stack, table
-from grader.lab.inspector.case import Fault
-from grader.lab.inspector.faults import differs_from_own
 from grader.lab.inspector.looking import Looking, Seen
-from grader.lab.inspector.nodes import Lit, Node
 from grader.lab.vectors import Array, Color, Vec3, number, swatch
-from grader.lab.words import say
+from grader.lab.words import say, texts
+from grader.replay.case import Fault
+from grader.replay.faults import differs_from_own
+from grader.replay.maps import NO_BLOCKER
+from grader.replay.nodes import Lit, Node
 
 COLUMNS = ("ray", "meets", "color", "t", "point", "normal", "n_l", "seen", "k")
 # The column in which a wrong value stands; the others stand for the whole ray.
@@ -19,7 +20,9 @@ _PLACES = {
     **dict.fromkeys(("object", "met", "missed"), "meets"),
     **dict.fromkeys(("t", "normal"), ""),
     **dict.fromkeys(("seen", "hidden"), "seen"),
-    **dict.fromkeys(("shade", "direct", "mirror", "glass", "trace", "pixel", "mean"), "color"),
+    **dict.fromkeys(
+        ("shade", "direct", "mirror", "glass", "odds", "trace", "pixel", "mean"), "color"
+    ),
     "position": "point",
     "fresnel": "k",
 }
@@ -52,14 +55,11 @@ def rows(looking: Looking, seen: Seen) -> list[Row]:
 
 def _ray(looking: Looking, node: Node, before: Node | None, depth: int, fault: Fault | None) -> Row:
     cells: dict[str, Shown | str] = {"ray": say(f"inspect.ray.{node.kind.value}", depth=depth)}
-    if node.hit is None:
-        cells["meets"] = say("inspect.too_deep")
-    else:
-        cells["meets"] = looking.name(node.object)
-    if node.met and node.hit is not None:
+    cells["meets"] = say("inspect.too_deep") if node.is_beyond else looking.name(node.object)
+    if node.hit is not None:
         cells["t"] = number(node.hit.t)
-        cells["point"] = repr(node.hit.position)
-        cells["normal"] = repr(node.hit.normal)
+        cells["point"] = repr(Vec3(node.hit.position))
+        cells["normal"] = repr(Vec3(node.hit.normal))
     if before is not None and before.bounce is not None:
         cells["k"] = repr(Vec3(before.bounce.k))
     cells["color"] = _colored(node.trace)
@@ -108,8 +108,9 @@ def summary(looking: Looking, seen: Seen) -> Shown:
     inside = "".join(f"<p>{escape(each)}</p>" for each in lines)
     text = "\n".join(lines)
     if seen.fault is not None and seen.fault.wanted:
-        asked = say("inspect.wanted", value=seen.fault.wanted)
-        inside += fold(say("inspect.ask"), f"<p>{escape(asked)}</p>")
+        asked = [say("inspect.wanted", value=seen.fault.wanted), *_reference(looking, seen)]
+        told = "".join(f"<p>{escape(each)}</p>" for each in asked)
+        inside += fold(say("inspect.ask"), told)
     return card(inside, text, "bad" if seen.fault else "plain")
 
 
@@ -129,18 +130,25 @@ def _sentences(looking: Looking, seen: Seen) -> Iterator[str]:
         yield say("inspect.no_maps")
 
 
+def _reference(looking: Looking, seen: Seen) -> Iterator[str]:
+    """Tell what the reference meets at the pixel, and the light there, for who asks."""
+    wanted = seen.case.wanted if seen.case is not None else None
+    if wanted is None:
+        return
+    lights = range(len(looking.probe.content.lights))
+    yield say(
+        "inspect.reference",
+        thing=looking.name(int(wanted.object[0])),
+        n_l=", ".join(number(float(wanted.n_l[0, k])) for k in lights),
+        seen=", ".join(str(k) for k in lights if wanted.blocker[0, k] == NO_BLOCKER) or "-",
+        bounces=int(wanted.bounces[0, int(looking.probe.on("fresnel"))]),
+    )
+
+
 def sentence(fault: Fault) -> str:
     """Say which value goes wrong first, and where it is made."""
-    place = (
-        f"inspect.of.{'light' if fault.light is not None else 'bounce' if fault.depth else 'eye'}"
-    )
-    return say(
-        "inspect.first",
-        value=say(f"inspect.value.{fault.value}"),
-        where=say(place, light=fault.light, depth=fault.depth),
-        exercise=fault.exercise,
-        function=fault.function,
-    )
+    verdict = fault.verdict
+    return texts().say(verdict.key, **verdict.values)
 
 
 def tabled(found: list[Row]) -> Shown:

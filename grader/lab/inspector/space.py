@@ -12,12 +12,11 @@ import numpy as np
 
 from grader.lab.card import Shown
 from grader.lab.inspector.looking import Looking, Seen
-from grader.lab.inspector.nodes import SKY, Node
-from grader.lab.inspector.probe import unit
 from grader.lab.picture import draw, figure, new_figure
-from grader.lab.values import Object
 from grader.lab.vectors import Array
 from grader.lab.words import say
+from grader.replay.nodes import SKY, Node
+from grader.replay.probe import unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -54,12 +53,12 @@ def segments(looking: Looking, root: Node) -> list[Segment]:
     """Return the rays of a pixel as segments."""
     made: list[Segment] = []
     for depth, node in enumerate(root.walk()):
-        start, direction = node.ray.data["orig"], unit(node.ray.data["dir"])
+        start, direction = node.ray["orig"], unit(node.ray["dir"])
         end = start + FAR * direction
-        if node.met and node.hit is not None:
-            end = node.hit.data["position"]
+        if node.hit is not None:
+            end = node.hit.position
         made.append(Segment(str(depth), node.kind.value, start, end))
-        lights = looking.probe.scene.lights.data["position"]
+        lights = looking.probe.content.lights["position"]
         for lit in node.lights:
             whole = float(np.linalg.norm(lights[lit.index] - end))
             kind = "light" if lit.counts else "hidden"
@@ -68,22 +67,21 @@ def segments(looking: Looking, root: Node) -> list[Segment]:
     return [each for each in made if np.isfinite([*each.start, *each.end]).all()]
 
 
-def circles(objects: Object, near: Array) -> tuple[Array, Array]:
+def circles(objects: Array, near: Array) -> tuple[Array, Array]:
     """Return the spheres to be drawn, (count, 4): centre and radius; and their indices."""
-    data = objects.data
-    which = np.flatnonzero(data["type"] == SPHERE)
+    which = np.flatnonzero(objects["type"] == SPHERE)
     if len(which) > MOST:
-        away = np.linalg.norm(data["center"][which] - near, axis=1)
+        away = np.linalg.norm(objects["center"][which] - near, axis=1)
         which = which[np.argsort(away)[:MOST]]
-    spheres = np.column_stack([data["center"][which], data["radius"][which]])
+    spheres = np.column_stack([objects["center"][which], objects["radius"][which]])
     return spheres, which
 
 
-def wires(objects: Object, near: Array) -> list[tuple[int, Array]]:
+def wires(objects: Array, near: Array) -> list[tuple[int, Array]]:
     """Return the other objects as polylines, with their indices."""
     made: list[tuple[int, Array]] = []
-    for index in np.flatnonzero(objects.data["type"] != SPHERE)[:MOST]:
-        each = objects.data[index]
+    for index in np.flatnonzero(objects["type"] != SPHERE)[:MOST]:
+        each = objects[index]
         lines = _patch(each, near) if each["type"] == PLANE else _sides(each)
         made += [(int(index), line) for line in lines]
     return made
@@ -120,7 +118,7 @@ def across(axis: Array) -> tuple[Array, Array]:
 
 def start_view(looking: Looking) -> tuple[float, float]:
     """Return yaw and pitch at the start, radians: from the camera's side, a little above."""
-    zdir = looking.probe.scene.camera.data["zdir"]
+    zdir = looking.probe.content.camera["zdir"]
     return float(np.arctan2(-zdir[0], -zdir[2])) + SIDE, TILT
 
 
@@ -136,11 +134,11 @@ def middle(found: list[Segment]) -> Array:
     return found[0].end if found else np.zeros(3, np.float32)
 
 
-def color_of(objects: Object, index: int) -> str:
+def color_of(objects: Array, index: int) -> str:
     """Return the diffuse colour of an object, as HTML writes it."""
     if index == SKY:
         return "#333399"
-    kd = np.clip(np.nan_to_num(objects.data["mat"]["kd"][index]) * 255, 0, 255).astype(int)
+    kd = np.clip(np.nan_to_num(objects["mat"]["kd"][index]) * 255, 0, 255).astype(int)
     return f"#{kd[0]:02x}{kd[1]:02x}{kd[2]:02x}"
 
 
@@ -163,7 +161,7 @@ def static(looking: Looking, seen: Seen) -> Shown:
 def _draw_space(axes: Axes, looking: Looking, found: list[Segment]) -> None:
     from matplotlib.patches import Circle
 
-    objects, around = looking.probe.scene.objects, middle(found)
+    objects, around = looking.probe.content.objects, middle(found)
     yaw, pitch = start_view(looking)
     for _, line in wires(objects, around):
         x, y = project(line, yaw, pitch).T

@@ -31,23 +31,27 @@ def _kind() -> Any:
         scene = traitlets.Dict().tag(sync=True)  # what a pixel does not change
         seen = traitlets.Dict().tag(sync=True)  # what is seen at the pixel
         pixel = traitlets.List([0, 0]).tag(sync=True)  # column and row, which the browser sets
+        fold = traitlets.Unicode("").tag(sync=True)  # what is clicked to unfold it; "": nothing
 
     return Widget
 
 
-def bundle(looking: Looking, seen: Seen) -> dict[str, Any]:
+def bundle(looking: Looking, seen: Seen, fold: str = "") -> dict[str, Any]:
     """Return what Jupyter needs to show the widget; nothing where anywidget is not installed."""
     try:
-        made: dict[str, Any] = make(looking, seen)._repr_mimebundle_()[0]
+        made: dict[str, Any] = make(looking, seen, fold)._repr_mimebundle_()[0]
     except ImportError:
         return {}
     return made
 
 
-def make(looking: Looking, seen: Seen) -> Any:
-    """Return the widget, opened at a pixel."""
+def make(looking: Looking, seen: Seen, fold: str = "") -> Any:
+    """Return the widget at a pixel; with a title `fold`, it is unfolded by a click on that."""
     widget = _kind()(
-        scene=_scene(looking), seen=_seen(looking, seen), pixel=[int(each) for each in seen.pixel]
+        scene=_scene(looking),
+        seen=_seen(looking, seen),
+        pixel=[int(each) for each in seen.pixel],
+        fold=fold,
     )
 
     def follow(change: Any) -> None:
@@ -87,7 +91,7 @@ def _seen(looking: Looking, seen: Seen) -> dict[str, Any]:
         parts.insert(0, looking.ended)
     if seen.case is None:
         return {"pixel": list(seen.pixel), "html": stack(parts).html, "rays": []}
-    objects, rays = looking.probe.scene.objects, space.segments(looking, seen.case.root)
+    objects, rays = looking.probe.content.objects, space.segments(looking, seen.case.root)
     middle = space.middle(rays)
     spheres, which = space.circles(objects, middle)
     return {

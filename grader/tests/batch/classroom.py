@@ -7,15 +7,19 @@ the same one for the same size.
 from __future__ import annotations
 
 import io
+import random
 import shutil
 import tarfile
 import zipfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
+from grader import manifest
 from grader.manifest import CORE, read_toml
 from grader.originals import REFERENCE
+from grader.records import Cause
 from grader.tests import test_bad_submissions as bad
 from grader.tests.hostile import corpus
 from grader.tests.solver import stub
@@ -26,22 +30,24 @@ NAMES = (
     *("Éloïse d'Été", "Zoë Müller", "O'Neil, Rémi", "Anne-Sophie Lœil", "José María Nuñez"),
     *("李 小龙", "Jean  Double-Espace", "Ægir Øst", "Ada Lovelace", "Grace Hopper"),
 )
-TP1_MARK = 3.0  # of 20: 15 points of 100
+SIZE = 200  # from this size on, every kind is there
+TP1_POINTS = 15.0  # of 100
+INSIDE = "rendu final"  # the folder in a student's folder
 SECRET = Path("/tmp/mrt-no-such-secret")
 
 
 @dataclass(frozen=True)
 class Pupil:
-    """One submission of the class; `mark` is what it must get, None when it gets none.
+    """One submission of the class; `points` is what it must get of 100, None when it gets no mark.
 
-    `least` and `most` bound it where machines may differ (a hostile program that hangs or dies).
+    What `hangs` does so on purpose, and is ended by its limits.
     """
 
     name: str
     kind: str
-    least: float | None
-    most: float | None
+    points: float | None
     members: tuple[str, ...] = ()
+    hangs: bool = False
 
 
 Maker = Callable[[Path], None]
@@ -108,25 +114,21 @@ def write(top: Path, size: int) -> list[Pupil]:
     return pupils
 
 
-def _folder(
-    make: Maker, kind: str, least: float | None, most: float | None
-) -> Callable[..., Pupil]:
+def _folder(make: Maker, kind: str, points: float, hangs: bool = False) -> Kind:
     def pupil(top: Path, name: str, number: int) -> Pupil:
-        folder = top / name / "rendu final"
+        folder = top / name / INSIDE
         folder.mkdir(parents=True)
         make(folder)
         # Nobody's work is anybody else's: a comment of one's own.
         if (folder / "raytracer.h").is_file():
             with (folder / "raytracer.h").open("a", encoding="utf-8", errors="ignore") as file:
                 file.write(f"/* {number} */\n")
-        return Pupil(name, kind, least, most)
+        return Pupil(name, kind, points, hangs=hangs)
 
     return pupil
 
 
-def _packed(
-    pack: Callable[[Path, Path], None], suffix: str, make: Maker, mark: float
-) -> Callable[..., Pupil]:
+def _packed(pack: Callable[[Path, Path], None], suffix: str, make: Maker, points: float) -> Kind:
     def pupil(top: Path, name: str, number: int) -> Pupil:
         folder = top / f"{number}-work"
         folder.mkdir()
@@ -134,7 +136,7 @@ def _packed(
         with (folder / "raytracer.h").open("a", encoding="utf-8") as file:
             file.write(f"/* {number} */\n")
         pack(folder, top / f"{name}{suffix}")
-        return Pupil(name, suffix, mark, mark)
+        return Pupil(name, suffix, points)
 
     return pupil
 
@@ -147,23 +149,23 @@ def _pair(top: Path, name: str, number: int) -> Pupil:
     people = (f"Curie-{own}, Marie, 9{number:07d}", f"Noether-{own}, Emmy, 8{number:07d}")
     authors(folder, *people)
     members = (f"Marie Curie-{own}", f"Emmy Noether-{own}")
-    return Pupil(name, "pair", TP1_MARK, TP1_MARK, members)
+    return Pupil(name, "pair", TP1_POINTS, members)
 
 
 def _broken(top: Path, name: str, number: int) -> Pupil:
     (top / f"{name}.zip").write_bytes(b"PK\3\4 not an archive at all" + bytes([number % 256]))
-    return Pupil(name, "broken archive", None, None)
+    return Pupil(name, "broken archive", None)
 
 
 def _outside(top: Path, name: str, number: int) -> Pupil:
     (top / f"{name}.zip").write_bytes(escaping())
-    return Pupil(name, "escaping archive", TP1_MARK, TP1_MARK)
+    return Pupil(name, "escaping archive", TP1_POINTS)
 
 
 def _empty(top: Path, name: str, number: int) -> Pupil:
     (top / name).mkdir()
     (top / name / "lisez-moi.txt").write_text("rien", encoding="utf-8")
-    return Pupil(name, "empty", None, None)
+    return Pupil(name, "empty", None)
 
 
 def _twice(top: Path, name: str, number: int) -> Pupil:
@@ -171,12 +173,19 @@ def _twice(top: Path, name: str, number: int) -> Pupil:
         folder = top / name / each
         folder.mkdir(parents=True)
         first_tp(folder, {"raytracer.h": f'#include "exercises.h"\n/* {each} */\n'})
-    return Pupil(name, "several", None, None)
+    return Pupil(name, "several", None)
 
 
-def _described(case: str) -> Maker:
-    """Return a maker of one of the bad submissions of the grader's own tests."""
+def _described(case: str) -> Kind:
+    """Return the kind of one of the bad submissions of the grader's own tests."""
     described = read_toml(bad.FOLDER / f"{case}.toml")
+    outcomes = bad.expected(described)
+    earned = sum(
+        check.points
+        for exercise in manifest.load().exercises
+        for check in exercise.checks
+        if outcomes.get(check.id) == "passed"
+    )
 
     def make(folder: Path) -> None:
         def submission(files: Mapping[str, str | None], **bodies: str) -> Path:
@@ -189,52 +198,50 @@ def _described(case: str) -> Maker:
 
         bad.write(described, submission)
 
-    return make
+    return _folder(make, case, earned / 100)
 
 
-def _hostile(code: str) -> Maker:
-    def make(folder: Path) -> None:
-        first_tp(folder, {"odd.c": code})
+def _hostile(name: str, code: str, points: float) -> Kind:
+    """Return the kind of a right TP1 with one more file, which acts while compiling or loading."""
+    hangs = name == "loop" or name.startswith("bomb")
+    return _folder(lambda folder: first_tp(folder, {"odd.c": code}), name, points, hangs)
 
-    return make
 
-
-def _attack(number: int) -> Maker:
-    """Return a maker of the programs of the hostile corpus; fill_red runs one of them."""
+def _attacking(first: int) -> Kind:
+    """Return the kind that runs five programs of the hostile corpus, in TP1's five functions."""
+    names = corpus.attacks()
+    chosen = [(first + k) % len(names) for k in range(len(STUDENT_MAIN))]
+    call = "extern void attack(int, color *); attack({}, img);"
+    bodies = {name: call.format(k) for name, k in zip(STUDENT_MAIN, chosen, strict=True)}
 
     def make(folder: Path) -> None:
         corpus.write(folder, SECRET, 1)
-        body = f"extern void attack(int, color *); attack({number}, img);"
-        text = (folder / "main.c").read_text(encoding="utf-8")
-        (folder / "main.c").write_text(
-            text.replace(STUDENT_MAIN["fill_red"], body, 1), encoding="utf-8"
-        )
+        (folder / "main.c").write_text(main_c(bodies), encoding="utf-8")
 
-    return make
+    hangs = any(Cause.TIMEOUT in corpus.ends_of(names[k]) for k in chosen)
+    return _folder(make, f"{names[chosen[0]]}...", 0, hangs)
 
 
 def _kinds() -> list[Kind]:
     """Return makers of every kind; the ordinary ones come again and again, as in a class."""
     ordinary: list[Kind] = [
-        _folder(full, "full", 20, 20),
-        _folder(skeleton, "skeleton", 0, 0),
-        _folder(first_tp, "tp1", TP1_MARK, TP1_MARK),
-        _packed(zipped, ".zip", first_tp, TP1_MARK),
-        _packed(tarred, ".tar.gz", first_tp, TP1_MARK),
+        _folder(full, "full", 100),
+        _folder(skeleton, "skeleton", 0),
+        _folder(first_tp, "tp1", TP1_POINTS),
+        _packed(zipped, ".zip", first_tp, TP1_POINTS),
+        _packed(tarred, ".tar.gz", first_tp, TP1_POINTS),
         _pair,
         _broken,
         _outside,
         _empty,
         _twice,
     ]
-    odd = [_folder(lambda folder, k=k: stub(folder, k), "stub", 0, 2) for k in range(4)]  # type: ignore[misc]
-    odd += [_folder(_described(name), name, 0, TP1_MARK) for name in bad.NAMES]
-    odd += [_folder(_hostile(text), name, 0, TP1_MARK) for name, text in corpus.loads()]
-    odd += [
-        _folder(_hostile(text), name, 0, TP1_MARK) for name, text in corpus.compilations(SECRET)
-    ]
-    odd += [_folder(_attack(k), name, 0, TP1_MARK) for k, name in enumerate(corpus.attacks())]
-    found = []
-    for number, each in enumerate(odd):
-        found += [ordinary[number % len(ordinary)], each]
-    return [*ordinary, *found]
+    odd = [_folder(partial(stub, turn=k), "stub", 0) for k in range(4)]
+    odd += [_described(name) for name in bad.NAMES]
+    odd += [_hostile(name, text, 0) for name, text in corpus.loads()]
+    odd += [_hostile(name, text, TP1_POINTS) for name, text in corpus.compilations(SECRET)]
+    odd += [_attacking(k) for k in range(0, len(corpus.attacks()), len(STUDENT_MAIN))]
+    room = SIZE - len(ordinary) - len(odd)
+    rest = [*odd, *(ordinary[k % len(ordinary)] for k in range(room))]
+    random.Random(0).shuffle(rest)
+    return [*ordinary, *rest]

@@ -84,11 +84,12 @@ def test_every_mark_is_the_expected_one(
     """Right, stubs, archives, a pair on two lines; what cannot be graded has no mark, no zero."""
     assert (first.status, "Traceback" in first.errors) == (0, False)
     assert marks(top / "out") == {
-        each.name: [each.least] * max(1, len(each.members)) for each in pupils
+        each.name: [None if each.points is None else each.points / 5] * max(1, len(each.members))
+        for each in pupils
     }
     assert not (top / "outside.c").exists()
     students = {path.name for path in (top / "out" / "students").iterdir()}
-    assert students == {each.name for each in pupils if each.most is not None}
+    assert students == {each.name for each in pupils if each.points is not None}
     for name in students:
         folder = top / "out" / "students" / name
         content = json.loads((folder / "results.json").read_text(encoding="utf-8"))

@@ -57,7 +57,7 @@ def test_what_kills_every_worker_is_a_failure(
     monkeypatch.setattr(sys, "executable", "/bin/false")
     done = list(crew.run(tasks(2), 2, tmp_path))
     assert {each.name: each.failure for each in done} == dict.fromkeys(
-        ("S0", "S1"), "the worker ended before it had answered"
+        ("S0", "S1"), "le processus qui évaluait ce rendu a disparu"
     )
 
 

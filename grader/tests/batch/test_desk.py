@@ -13,6 +13,7 @@ from grader import cli
 from grader.batch import desk as desks
 from grader.batch.desk import Desk
 from grader.batch.records import BatchError, Bundle
+from grader.isolation import bubble
 
 RESULTS = {
     **{"score": 1.0, "max_score": 2.0, "bonus": 0.0, "max_bonus": 0.0, "incomplete": False},
@@ -73,6 +74,18 @@ def test_a_folder_that_is_not_ours_is_not_touched(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     assert refusal(tmp_path / "file" / "out") == "batch.cannot_write"
     assert refusal(Path("/proc/out")) == "batch.cannot_write"
+
+
+def test_a_place_that_submissions_see_is_not_taken(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Below /usr, or beside the interpreter, others' work would lie open: one sentence."""
+    (tmp_path / "in").mkdir()
+    monkeypatch.setattr(bubble, "_folders", lambda: (tmp_path / "system",))
+    words = [str(tmp_path / "in"), "--out", str(tmp_path / "system" / "out"), "--lang", "fr"]
+    assert cli.main(["batch", *words]) == cli.WRONG_USE
+    assert f"{tmp_path}/system/out est parmi les programmes du système" in capsys.readouterr().err
+    assert not (tmp_path / "system").exists()
 
 
 def test_out_that_disappears_ends_the_batch(tmp_path: Path) -> None:

@@ -5,33 +5,34 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from typing import Any
 
 import pytest
 
-CHROMIUM = "/usr/bin/chromium"
-ARGUMENTS = [
-    *("--no-sandbox", "--disable-gpu", "--disable-background-networking"),
-    *("--disable-component-update", "--disable-sync", "--no-first-run"),
-]
+from grader.dev import jupyter
+
+SETTLED = 500  # milliseconds, for what was scrolled to be drawn
+
+
+@contextmanager
+def wanted() -> Iterator[None]:
+    """Skip the test where the browser is missing; with MRT_CI=1 it fails instead."""
+    try:
+        yield
+    except jupyter.NoBrowser as error:
+        pytest.fail(str(error)) if os.environ.get("MRT_CI") == "1" else pytest.skip(str(error))
 
 
 @contextmanager
 def chromium() -> Iterator[Any]:
     """Start the browser; where it is missing the test is skipped, and fails with MRT_CI=1."""
-    if not Path(CHROMIUM).exists():
-        reason = f"{CHROMIUM} is missing: apt install chromium"
-        pytest.fail(reason) if os.environ.get("MRT_CI") == "1" else pytest.skip(reason)
-    playwright = pytest.importorskip("playwright.sync_api")
-    with playwright.sync_playwright() as driver:
-        started = driver.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
+    with wanted(), jupyter.chromium() as started:
         yield started
-        started.close()
 
 
 def screenshot(page: Any, name: str) -> None:
     """Keep what a page looks like, where MRT_SCREENSHOTS names a folder."""
     folder = os.environ.get("MRT_SCREENSHOTS")
     if folder:
+        page.wait_for_timeout(SETTLED)
         page.screenshot(path=f"{folder}/{name}.png")

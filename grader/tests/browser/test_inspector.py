@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from typing import Any
 
@@ -12,15 +13,17 @@ from grader.tests.browser.chromium import screenshot
 from grader.tests.browser.jupyter import DOT, Session
 
 PREFIX = "/user/someone/"  # as JupyterHub gives each person
-CELL = "from grader.lab import inspect\n\ninspect(0, (160, 60))"
+CELLS = ["from grader.lab import check, inspect\n\ninspect(0, (160, 60))", 'check("TP3.2")']
+LIGHT = "lights[k].col, &it->mat));"  # of direct_light
+WIDE = (1400, 1000)
 PHONE, ZOOMED = (420, 800), (700, 500)  # the last: 200 % of the usual one
 
 
 @pytest.fixture(scope="module")
 def session(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Session]:
-    """Start JupyterLab behind the prefix, on a notebook of one cell, and a browser on it."""
+    """Start JupyterLab behind the prefix, on a notebook of two cells, and a browser on it."""
     project = tmp_path_factory.mktemp("projet")
-    jupyter.write(project, [CELL])
+    jupyter.write(project, CELLS)
     with jupyter.session(project, tmp_path_factory.mktemp("jupyter"), PREFIX) as made:
         yield made
 
@@ -77,6 +80,34 @@ def test_the_inspector_at_work(session: Session) -> None:
         assert page.locator(".mrt-inspector").evaluate(wide)
         page.locator(".mrt-inspector").scroll_into_view_if_needed()
         screenshot(page, f"inspector-{name}")
+    page.set_viewport_size(_size(WIDE))
+    assert session.complaints == []
+
+
+def test_from_a_failed_check_to_its_pixel(session: Session) -> None:
+    """One click on what check() shows opens the inspector there: the widget, which then works."""
+    page = session.page
+    session.edit(LIGHT, f"{LIGHT} sum = vector_clamp(sum, 0.f, 0.2f);")
+    session.run(1)
+    output = session.output(1)
+    told = output.inner_text()
+    assert "The first value that goes wrong is the sum of the lights" in told
+    found = re.search(r"pixel that is most wrong: \((\d+), (\d+)\)", told)
+    assert found is not None
+    i, j = found.groups()
+    assert output.locator(".mrt-picture").count() == 0
+    summary = output.locator("summary").last
+    assert summary.inner_text() == f"Open the inspector at pixel ({i}, {j}) of scene0.blinn_phong"
+    summary.focus()
+    page.keyboard.press("Enter")
+    opened = output.locator(f".mrt-told[data-pixel='{i},{j}']")
+    opened.wait_for()
+    assert "direct_light" in opened.inner_text()
+    output.locator(".mrt-picture").focus()
+    page.keyboard.press("ArrowRight")  # its processes had ended
+    output.locator(f".mrt-told[data-pixel='{int(i) + 1},{j}']").wait_for()
+    output.locator(".mrt-inspector").scroll_into_view_if_needed()
+    screenshot(page, "inspector-jump")
     assert session.complaints == []
 
 

@@ -1,4 +1,4 @@
-"""A lab session in JupyterLab itself: notebook and C file side by side, in a real browser."""
+"""A lab session in JupyterLab itself: TP2's notebook and the C file side by side, in a browser."""
 
 from __future__ import annotations
 
@@ -6,25 +6,25 @@ from collections.abc import Iterator
 
 import pytest
 
+from grader.dev.bench.slider import STEP
 from grader.tests.browser import jupyter
 from grader.tests.browser.chromium import screenshot
-from grader.tests.browser.jupyter import DOT, Session
+from grader.tests.browser.jupyter import Session
 
-CELLS = (
-    "from grader.lab import Core, check, predict, slider\n\ncore = Core()\ncore.size = (160, 90)",
-    "slider(lambda k: core.render(scene=k), k=[0, 4])",
-    'predict("tp2.side", "AB")',
-    "core.render(scene=0)",
-    'check("TP1.1")',
-)
-SLIDER, PICTURE, LAST = 1, 3, 4
+LINE = "vec3 from_center = vector_minus(r->orig, obj->center);"  # of intersect_sphere
+CRASH = f"{LINE} *(volatile int *)0 = 1;"
+# How the cells of TP2's notebook begin that this session looks at.
+SLIDER = "slider(tp2.sphere_curve"
+FIGURE = "picture = core.render(scene=0"  # and a comparison with figure 4
+PREDICTION = 'predict("tp2.red_side"'
+CHECK = 'check("TP2.6")'
 
 
 @pytest.fixture(scope="module")
 def session(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Session]:
-    """Start JupyterLab on a short notebook, and a browser on it."""
+    """Start JupyterLab on a copy of the workbook's TP2, finished, and a browser on it."""
     project = tmp_path_factory.mktemp("projet")
-    jupyter.write(project, CELLS)
+    jupyter.write(project)
     with jupyter.session(project, tmp_path_factory.mktemp("jupyter")) as made:
         yield made
 
@@ -34,46 +34,55 @@ def test_a_lab_session(session: Session) -> None:
     page = session.page
     assert page.locator(".jp-FileEditor").is_visible()
     session.run_all()
-    before = session.picture(PICTURE)
-    assert "right, 2 / 2" in session.output(LAST).inner_text()
-    screenshot(page, "lab-run")
+    show(session, session.cell(CHECK), "lab-run")
+    session.told(session.cell(CHECK), "right, 5 / 5")
+    assert "○" not in page.inner_text(".jp-Notebook")
 
-    slow = session.picture(SLIDER)
-    handle = session.output(SLIDER).locator(".noUi-handle")
-    handle.focus()
+    slider = session.cell(SLIDER)
+    slow = session.picture(slider)
+    session.output(slider).locator(".noUi-handle").first.focus()
     page.keyboard.press("ArrowRight")
-    page.wait_for_function(
-        "([cell, old]) => { const image = document.querySelectorAll('.jp-Notebook .jp-Cell')[cell]"
-        ".querySelector('.jp-OutputArea img'); return image && image.src !== old; }",
-        arg=[SLIDER, slow],
-    )
-    screenshot(page, "lab-slider")
+    session.wait_for_another_picture(slider, slow)
+    assert page.evaluate(STEP, slider) > 0  # as `make bench` does
+    show(session, slider, "lab-slider")
 
-    session.output(2).locator("button:text-is('B')").click()
+    session.output(session.cell(PREDICTION)).locator("button:text-is('B')").click()
+    breaks_and_mends(session)
+    session.run(session.cell(PREDICTION))
+    kept = session.output(session.cell(PREDICTION)).locator("button.mod-active").inner_text()
+    assert kept.strip() == "B"
+    assert session.complaints == []
 
-    session.edit(DOT, DOT.replace(";", ""))
-    session.run_all()
-    told = session.output(PICTURE).inner_text()
-    assert "error: expected" in told
-    assert "^" in told
+
+def breaks_and_mends(session: Session) -> None:
+    """Save a file that does not compile, then the right one, then one that crashes."""
+    page, figure = session.page, session.cell(FIGURE)
+    before = session.picture(figure)
+    session.edit(LINE, LINE.replace(";", ""))
+    session.run(figure)
+    assert "^" in session.told(figure, "error: expected")
     assert "Traceback" not in page.inner_text(".jp-Notebook")
-    screenshot(page, "lab-broken")
-    session.output(PICTURE).locator("a").first.click()
+    show(session, figure, "lab-broken")
+    session.output(figure).locator("a").first.click()
     page.wait_for_function(
         "() => [...document.querySelectorAll('.jp-FileEditor .cm-line')]"
-        ".some((line) => line.innerText.includes('float n_l'))"
+        ".some((line) => line.innerText.includes('vec3 from_center'))"
     )
     screenshot(page, "lab-link")
 
-    session.edit(DOT.replace(";", ""), DOT)
-    session.run_all()
-    assert session.picture(PICTURE) == before
+    session.edit(LINE.replace(";", ""), LINE)
+    session.run(figure)
+    assert session.picture(figure) == before
 
-    session.edit(DOT, f"{DOT} volatile int *p = 0; *p = 1;")
-    session.run_all()
-    assert "in shade (raytracer.c:" in session.output(PICTURE).inner_text()
-    assert "right, 2 / 2" in session.output(LAST).inner_text()  # the cells behind it have run
-    screenshot(page, "lab-crash")
-    kept = session.output(2).locator("button.mod-active").inner_text()
-    assert kept.strip() == "B"
-    assert session.complaints == []
+    session.edit(LINE, CRASH)
+    session.run(figure)
+    session.told(figure, "in intersect_sphere (raytracer.c:")
+    show(session, figure, "lab-crash")
+    session.run(session.cell(CHECK))  # the kernel lives: what stands behind works
+    session.told(session.cell(CHECK), "✓ TP2.6")
+
+
+def show(session: Session, cell: int, name: str) -> None:
+    """Scroll to what a cell shows, and keep what the page looks like."""
+    session.output(cell).scroll_into_view_if_needed()
+    screenshot(session.page, name)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,8 @@ from grader.tests.browser.chromium import chromium
 from grader.tests.reports import every_outcome, png
 
 PHONE, DESK = (320, 640), (1200, 800)
+A4_TEXT = (680, 1009)  # of A4 without its margins, CSS pixels
+RED_AND_NAVY = ("red", "navy")  # the pictures of the page
 
 
 @pytest.fixture(scope="module")
@@ -141,5 +144,29 @@ def test_printing_unfolds_and_hides_what_one_cannot_press(browser: Any, address:
     for name in ("nav", "button", ".compare", ".reproducer"):
         assert not tab.locator(name).first.is_visible()
     assert tab.locator(".side img").first.is_visible()
+    assert tab.complaints == []
+    tab.close()
+
+
+def test_the_page_is_printed_on_a4(browser: Any, address: str) -> None:
+    """A few pages that hold the pictures, each of them whole, and no control."""
+    tab = opened(browser, address, A4_TEXT)
+    tab.emulate_media(media="print")
+    tab.evaluate("dispatchEvent(new Event('beforeprint'))")
+    shown = tab.locator(".side figure").evaluate_all(
+        "all => all.map(e => [getComputedStyle(e).breakInside, e.clientWidth, e.clientHeight])"
+    )
+    assert shown
+    for together, width, height in shown:
+        assert together == "avoid"
+        assert 200 < width < A4_TEXT[0]
+        assert height < A4_TEXT[1] / 3
+    content = tab.pdf(prefer_css_page_size=True)
+    boxes = re.findall(rb"/MediaBox \[0 0 ([\d.]+) ([\d.]+)\]", content)
+    assert {(round(float(w)), round(float(h))) for w, h in boxes} == {(595, 842)}
+    pages = re.findall(rb"/Type /Page\b", content)
+    lines = tab.evaluate("document.documentElement.scrollHeight") / A4_TEXT[1]
+    assert lines <= len(pages) <= 1.5 * lines + 1
+    assert len(re.findall(rb"/Subtype /Image\b", content)) >= len(RED_AND_NAVY)
     assert tab.complaints == []
     tab.close()

@@ -27,7 +27,7 @@ _ENDS = {
     ),
     (Cause.TIMEOUT,): "endless_loop endless_loop_deaf sleep_deaf sleep_for_ever stop_itself",
     (Cause.EXIT,): (
-        "close_everything die_by_kill exit_0 exit_at_once fool_terminal leave_on_fault"
+        "close_everything exit_0 exit_at_once fool_terminal leave_on_fault"
         " lie_in_trace rewrite_interpreter"
     ),
     (Cause.EXIT, Cause.TIMEOUT): "drip_answer flood_answer steal_requests",
@@ -35,6 +35,7 @@ _ENDS = {
     # The worker's own next step fails for want of memory, in one way or another.
     (Cause.EXIT, Cause.MEMORY, Cause.SIGNAL, Cause.TIMEOUT): "take_all_memory",
     (Cause.MEMORY,): "forge_memory",
+    (Cause.KILLED,): "die_by_kill",
 }
 _FORGED = {Cause.EXIT}  # for every other forge_*
 

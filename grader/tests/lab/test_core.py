@@ -7,6 +7,7 @@ import pytest
 
 from grader.lab import Core, Picture, Stopped
 from grader.lab.values import Hit, Miss, Ray
+from grader.lab.vectors import Vec3
 
 RED, YELLOW = (1, 0, 0), (1, 1, 0)
 
@@ -43,6 +44,17 @@ def test_a_hit_and_a_miss(core: Core) -> None:
     assert isinstance(miss, Miss)
     assert not miss
     assert np.isnan(miss.t)
+
+
+def test_three_rays_are_no_vector(core: Core) -> None:
+    """Of three rays, as of any number, .hit and .t are plain arrays, one item for each ray."""
+    rays = core.ray((0, 0, 3), [(0, 0, -1), (0, 1, 0), (0, 0, -1)])
+    hits = core.intersect_sphere(rays, core.sphere((0, 0, 0), 1))
+    assert hits.shape == (3,)
+    assert type(hits.hit) is type(hits.t) is np.ndarray
+    assert hits.hit.tolist() == [True, False, True]
+    assert hits.position.shape == (3, 3)
+    assert isinstance(hits[0].position, Vec3)
 
 
 def test_a_hit_goes_back_into_c(core: Core) -> None:

@@ -53,6 +53,20 @@ def test_the_compiler_is_heard_at_the_students_line(core: Core, edit: Edit, fold
     shade(core)
 
 
+def test_an_error_in_a_header_is_told_at_the_include(core: Core, edit: Edit) -> None:
+    """What is open before an #include makes the compiler stop in a system header."""
+    edit("raytracer.c", '#include "raytracer.h"', 'int oops =\n#include "raytracer.h"')
+    with pytest.raises(Stopped) as caught:
+        shade(core)
+    lines = str(caught.value).splitlines()
+    (marked,) = (line for line in lines if line.startswith(">"))
+    assert marked.endswith('| #include "raytracer.h"')
+    assert lines[lines.index(marked) - 1].endswith("| int oops =")
+    assert "just before that line" in str(caught.value)
+    assert "error: expected" in str(caught.value)
+    assert "raytracer.c#line=" in caught.value.shown.html
+
+
 def test_a_crash_names_function_and_line(core: Core, edit: Edit) -> None:
     """The card has the sentence and the lines around; the next call, and other functions, work."""
     edit("raytracer.c", DOT, f"{DOT} volatile int *p = 0; *p = 1;")

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import io
+import itertools
+import logging
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
 
+from grader import manifest
 from grader.lab import (
     Core,
     Stopped,
@@ -25,7 +29,7 @@ from grader.lab import (
 )
 from grader.lab.picture import black, levels, png
 from grader.lab.sources import find
-from grader.manifest import CORE
+from grader.manifest import CORE, ROOT
 from grader.tests.lab.conftest import Edit
 
 DOT = "float n_l = vector_dot(n, l);"
@@ -157,6 +161,16 @@ def test_source_shows_the_function_and_opens_its_file(folder: Path) -> None:
         source("nowhere")
 
 
+def test_every_exercise_is_found_where_it_is_defined() -> None:
+    """Not where it is called: `if (... in_shadow(it, &lights[k])) {` stands before in_shadow."""
+    names = [name for each in manifest.load().exercises for name in each.functions]
+    assert "in_shadow" in names
+    for name, folder in itertools.product(names, (CORE, ROOT / "reference")):
+        found = find(name, folder)
+        assert found
+        assert re.match(rf"\w+ \*?{name}\(", found.text), found
+
+
 # ---- pictures ------------------------------------------------------------------------------------
 
 
@@ -198,6 +212,20 @@ def test_the_reference_is_as_expected(core: Core) -> None:
         compare(core.image(), "figure_4")
     with pytest.raises(Stopped, match="figure_99"):
         compare(flat, "figure_99")
+
+
+def test_a_comparison_is_told_in_the_language(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In French: its colon, its decimal comma, its sides."""
+    monkeypatch.setenv("MRT_LANG", "fr")
+    img = black((320, 180))
+    img[0, 0] = 1
+    assert "0,0017 % des pixels" in compare(img, black((320, 180))).text
+    assert "figure 7, à gauche : 100 % des pixels" in compare(img + 0.5, "figure_7_left").text
+
+
+def test_the_first_run_is_not_red() -> None:
+    """Matplotlib keeps to itself that it lists the machine's fonts, which it writes on stderr."""
+    assert not logging.getLogger("matplotlib.font_manager").isEnabledFor(logging.WARNING)
 
 
 # ---- slider --------------------------------------------------------------------------------------

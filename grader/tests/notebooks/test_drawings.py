@@ -72,6 +72,7 @@ def test_numbers_follow_the_language(monkeypatch: pytest.MonkeyPatch) -> None:
     thin = "\N{NARROW NO-BREAK SPACE}"
     assert [plots.number(921600, 0), plots.number(0.50, 2)] == [f"921{thin}600", "0,5"]
     assert plots.triple((1, -0.0, 0.25)) == "(1 ; 0 ; 0,25)"
+    assert [plots.digits(0.0139, 2), plots.digits(81.06, 3)] == ["0,014", "81,1"]
 
 
 def test_tp1_counts() -> None:

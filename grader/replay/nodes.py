@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
+from typing import Any
 
-from grader.lab.values import Hit, Ray
-from grader.lab.vectors import Array
+from grader.expected import Array
 
 SKY = -1  # in the place of an object's index
 UNKNOWN = -2  # a hit that no object gives when it is asked alone
@@ -19,6 +19,36 @@ class Kind(Enum):
     CAMERA = "camera"
     MIRROR = "mirror"
     REFRACTED = "refracted"
+
+
+@dataclass(frozen=True)
+class Hit:
+    """A point that was hit, after `t` lengths of the ray's dir; `it` is C's `intersection`."""
+
+    t: float
+    it: Any
+
+    @property
+    def position(self) -> Array:
+        """The point, scene units."""
+        found: Array = self.it["position"]
+        return found
+
+    @property
+    def normal(self) -> Array:
+        """The normal, as the function gave it."""
+        found: Array = self.it["normal"]
+        return found
+
+    @property
+    def material(self) -> Any:
+        """The copy of the object's `material`; its kd is the pattern's where there is one."""
+        return self.it["mat"]
+
+    @property
+    def is_transparent(self) -> bool:
+        """Whether light goes through."""
+        return bool(self.material["refraction_index"] > 0)
 
 
 @dataclass(frozen=True)
@@ -42,7 +72,7 @@ class Alone:
     """What one object says of a ray when it is asked alone, by intersect_object."""
 
     index: int
-    hit: Hit
+    hit: Hit | None
     spoilt: bool  # whether a miss has changed the ray
 
 
@@ -51,7 +81,7 @@ class Bounce:
     """The light that comes from one more ray."""
 
     kind: Kind
-    ray: Ray  # what reflected_ray or refracted_ray made
+    ray: Any  # C's `ray`: what reflected_ray or refracted_ray made
     k: Array  # what its colour is multiplied by
     color: Array  # what mirror_color or glass_color returns
     seen: Array  # what trace_ray returns for that ray
@@ -62,10 +92,11 @@ class Node:
     """A ray and what becomes of it; colours are arrays (3,), as the C functions return them."""
 
     kind: Kind
-    ray: Ray
+    ray: Any  # C's `ray`
     trace: Array  # what trace_ray returns
     total: Array  # what the parts below add up to
-    hit: Hit | None = None  # None: the ray is beyond max_depth
+    is_beyond: bool = False  # it has bounced more than max_depth times
+    hit: Hit | None = None
     object: int = SKY
     alone: tuple[Alone, ...] = ()
     toward_eye: Array | None = None  # v: unit, back along the ray
@@ -73,11 +104,6 @@ class Node:
     direct: Array | None = None  # what direct_light returns; None: shading is off
     bounce: Bounce | None = None
     child: Node | None = None  # the ray of the bounce; None: too faint to be followed
-
-    @property
-    def met(self) -> bool:
-        """Whether the ray meets something."""
-        return self.hit is not None and bool(self.hit)
 
     def walk(self) -> Iterator[Node]:
         """Yield this ray and those that follow from it."""
