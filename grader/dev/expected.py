@@ -55,8 +55,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
             if options.check:
                 drifted = _check(core, options.out, options.seed) or bank.check(options.out)
                 return drifted or pictures.check(options.out)
-            _make(core, options.out, SEED if options.seed is None else options.seed)
+            # First what takes longest: a failure leaves the functions' data and its bank alone.
+            options.out.mkdir(parents=True, exist_ok=True)
             pictures.store(options.out)
+            _make(core, options.out, SEED if options.seed is None else options.seed)
             if not options.without_bank:
                 bank.store(options.out)
         except ExpectedError as error:
@@ -98,7 +100,6 @@ def _answered(maker: Maker, suite: Suite) -> Suite:
 def _make(core: Core, folder: Path, seed: int) -> None:
     """Write a folder of expected data: whole, or not at all."""
     made = suites(core, seed)
-    folder.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=folder.parent) as part:
         files = {}
         for suite in made:
@@ -125,7 +126,6 @@ def _make(core: Core, folder: Path, seed: int) -> None:
 
 def _replace(folder: Path, part: Path) -> None:
     """Put the files in the place of the folder's old ones."""
-    folder.mkdir(exist_ok=True)
     for old in folder.glob("*.npz"):
         old.unlink()
     for each in sorted(part.iterdir()):

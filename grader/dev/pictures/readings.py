@@ -64,16 +64,24 @@ CORNERS: Mapping[str, tuple[str, ...]] = {
     "top_left": ("-DRIGHT=0", "-DUP=1"),
     "top_right": ("-DRIGHT=1", "-DUP=1"),
 }
-_SAMPLES = (
-    Reading("samples_2", settings={"samples": 2}),
-    Reading("samples_4", settings={"samples": 4}),
+_MOVED_SAMPLES = (
     *(
         Reading(f"samples_corner_{name}", ("samples_corner",), flags)
         for name, flags in CORNERS.items()
     ),
     Reading("samples_end_points", ("samples_end_points",)),
+    *(Reading(f"samples_random_{k}", ("samples_random",), (f"-DDRAW={k}",)) for k in range(1, 17)),
+)
+_SAMPLES = (
+    Reading("samples_2", settings={"samples": 2}),
+    Reading("samples_4", settings={"samples": 4}),
     Reading("samples_unclamped", ("samples_unclamped",)),
-    *(Reading(f"samples_random_{k}", ("samples_random",), (f"-DDRAW={k}",)) for k in range(1, 9)),
+    *_MOVED_SAMPLES,
+)
+# A sharper highlight, moved with its samples, differs more than either alone.
+_LOBE_SAMPLES = tuple(
+    replace(each, id=f"{each.id}_{LOBE.id}", patches=(*each.patches, *LOBE.patches))
+    for each in _MOVED_SAMPLES
 )
 
 
@@ -83,10 +91,13 @@ def readings(picture: Picture) -> Sequence[Reading]:
     found = list(_ALWAYS)
     if on & {"shadows", "reflections"}:
         found += _SECONDARY
-    if "fresnel" in on and not picture.stage.endswith("plain_lobe"):
+    lobe = "fresnel" in on and not picture.stage.endswith("plain_lobe")
+    if lobe:
         found.append(LOBE)
     if picture.is_smooth:
         found += _SAMPLES
+        if lobe:
+            found += _LOBE_SAMPLES
     if picture.stage == "glass":
         found.append(Reading("plain_lobe", ("plain_lobe",)))
     return found
