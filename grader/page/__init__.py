@@ -47,13 +47,19 @@ def render(content: Row, folder: Path) -> str:
     )
 
 
-def environment(texts: Texts) -> Environment:
+def environment(
+    texts: Texts, own: Path = TEMPLATES, style: str = "", script: str = "script.js"
+) -> Environment:
     """Return what the project's pages are made with, in a language.
 
-    Whatever a template writes is made visible, typeset and escaped, unless it is Markup.
+    `own` holds a page's templates, which may extend ours, a `style` that comes behind ours, and a
+    `script`. Whatever a template writes is made visible, typeset and escaped, unless it is Markup.
     """
+    folders = list(dict.fromkeys([own, TEMPLATES]))
+    styles = _text(TEMPLATES / "style.css") + (_text(own / style) if style else "")
+    scripts = _text(next(path for each in folders if (path := each / script).is_file()))
     made = Environment(
-        loader=FileSystemLoader(TEMPLATES),
+        loader=FileSystemLoader(folders),
         bytecode_cache=_compiled(texts.language),
         autoescape=True,
         undefined=StrictUndefined,
@@ -67,9 +73,9 @@ def environment(texts: Texts) -> Environment:
         "word": texts.get,
         "number": texts.number,
         "language": texts.language,
-        "style": _own("style.css"),
-        "script": _own("script.js"),
-        "policy": _policy(),
+        "style": styles,
+        "script": scripts,
+        "policy": _policy(styles, scripts),
     }
     return made
 
@@ -101,20 +107,20 @@ def data_uri(folder: Path, path: str) -> str:
     return f"data:image/png;base64,{base64.b64encode(content).decode()}"
 
 
-def _own(name: str) -> Markup:
-    return Markup((TEMPLATES / name).read_text(encoding="utf-8"))
+def _text(path: Path) -> Markup:
+    return Markup(path.read_text(encoding="utf-8"))
 
 
-def _policy() -> str:
+def _policy(style: str, script: str) -> str:
     """Return the page's Content-Security-Policy: our own style and script, nothing else at all."""
 
-    def hashed(name: str) -> str:
-        digest = hashlib.sha256(_own(name).encode()).digest()
+    def hashed(text: str) -> str:
+        digest = hashlib.sha256(text.encode()).digest()
         return f"'sha256-{base64.b64encode(digest).decode()}'"
 
     return (
-        f"default-src 'none'; img-src data:; style-src {hashed('style.css')}; "
-        f"script-src {hashed('script.js')}; base-uri 'none'; form-action 'none'"
+        f"default-src 'none'; img-src data:; style-src {hashed(style)}; "
+        f"script-src {hashed(script)}; base-uri 'none'; form-action 'none'"
     )
 
 

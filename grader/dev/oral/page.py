@@ -6,7 +6,6 @@ One page that needs nothing else; what the submission wrote is shown and never a
 from __future__ import annotations
 
 import base64
-import hashlib
 import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,8 +13,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jinja2 import ChoiceLoader, FileSystemLoader
-from markupsafe import Markup
 
 from grader import manifest, page
 from grader.dev.oral.records import Change, Question, Sight, Swapped, Traced
@@ -40,11 +37,7 @@ class Excerpt:
 
 def render(submission: Submission, questions: Sequence[Question], level: str, texts: Texts) -> str:
     """Return the page; `level` is the isolation in which the submission ran."""
-    made = page.environment(texts)
-    made.loader = ChoiceLoader([FileSystemLoader(TEMPLATES), FileSystemLoader(page.TEMPLATES)])
-    style = Markup(_text(page.TEMPLATES / "style.css") + _text(TEMPLATES / "oral.css"))
-    script = Markup(_text(page.TEMPLATES / "script.js"))
-    made.globals |= {"style": style, "script": script, "policy": _policy(style, script)}
+    made = page.environment(texts, TEMPLATES, "oral.css")
     return made.get_template("oral.html").render(
         name=submission.name,
         level=level,
@@ -143,20 +136,3 @@ def _effect(sight: Sight, texts: Texts) -> str:
         return texts.say("oral.unseen")
     total = sight.before.shape[0] * sight.before.shape[1]
     return texts.say("oral.changed", count=round(sight.changed * total), total=total)
-
-
-def _text(path: Path) -> str:
-    return path.read_text(encoding="utf-8")
-
-
-def _policy(style: str, script: str) -> str:
-    """Return the page's Content-Security-Policy: our own style and script, nothing else at all."""
-
-    def hashed(text: str) -> str:
-        digest = hashlib.sha256(text.encode()).digest()
-        return f"'sha256-{base64.b64encode(digest).decode()}'"
-
-    return (
-        f"default-src 'none'; img-src data:; style-src {hashed(style)}; "
-        f"script-src {hashed(script)}; base-uri 'none'; form-action 'none'"
-    )
