@@ -5,15 +5,14 @@ The browser's is timed by the page itself: from the click to the frame that show
 
 from __future__ import annotations
 
-import shutil
 import statistics
 import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from grader.dev.bench.programs import BenchError
-from grader.dev.jupyter import NoBrowser, NoJupyter, Session, session, write
+from grader.dev.bench.browsing import notebook
+from grader.dev.jupyter import NoBrowser, Session
 from grader.dev.patches import REFERENCE
 from grader.lab.inspector import widget
 from grader.lab.inspector.looking import Looking
@@ -23,10 +22,10 @@ ROUNDS = 15
 SIZE = (320, 180)
 SCENES = (0, 4, 3)  # the smallest, the one with most mirrors, a thousand spheres
 GOAL = 0.15  # seconds, the browser's part included
-CELLS = [f"from grader.lab import inspect\n\ninspect({scene}, (1, 1))" for scene in SCENES]
+CELL = "from grader.lab import inspect\n\ninspect({scene}, (1, 1))"
 CLICK = """
-async ([cell, i, j]) => {
-    const output = document.querySelectorAll('.jp-Notebook .jp-Cell')[cell];
+async ([i, j]) => {
+    const output = document.querySelector('.jp-Notebook .jp-Cell');
     const canvas = output.querySelector('.mrt-picture');
     const told = output.querySelector('.mrt-told');
     const box = canvas.getBoundingClientRect();
@@ -61,20 +60,13 @@ def measure(folder: Path) -> dict[int, Waits]:
     The pixels go through the picture from corner to corner. Without a browser, the kernel's alone.
     """
     found = {scene: _named("kernel", _in_kernel(scene)) for scene in SCENES}
-    place = folder / "inspector"
-    shutil.rmtree(place, ignore_errors=True)
-    write(place / "project", CELLS)
-    (place / "home").mkdir()
     try:
-        with session(place / "project", place / "home") as opened:
-            opened.run_all()
-            for cell, scene in enumerate(SCENES):
-                if clicks := _in_browser(opened, cell):
-                    found[scene] |= _named("click", clicks)
+        # Of a notebook with several, JupyterLab keeps only the cells in sight.
+        for scene, waits in found.items():
+            with notebook(folder / "inspector", [CELL.format(scene=scene)]) as opened:
+                waits |= _named("click", _in_browser(opened))
     except NoBrowser:
         pass  # text() says that there was none
-    except NoJupyter as error:
-        raise BenchError(f"{error}; see {place / 'home' / 'log'}") from None
     write_json(folder / "inspector.json", {**{str(k): v for k, v in found.items()}, "goal": GOAL})
     return found
 
@@ -102,18 +94,11 @@ def _wait(made: Any, k: int) -> float:
     return time.perf_counter() - start
 
 
-def _in_browser(opened: Session, cell: int) -> list[float]:
-    """Return the seconds of each click; none where a table does not come."""
-    from playwright.sync_api import Error
-
-    opened.output(cell).locator(".mrt-told[data-pixel='1,1']").wait_for()
-    opened.output(cell).scroll_into_view_if_needed()
-    try:
-        opened.page.evaluate(CLICK, [cell, 0, 0])  # not counted
-        pixels = map(_pixel, range(1, ROUNDS + 1))
-        return [float(opened.page.evaluate(CLICK, [cell, *each])) for each in pixels]
-    except Error:
-        return []
+def _in_browser(opened: Session) -> list[float]:
+    opened.output(0).locator(".mrt-told[data-pixel='1,1']").wait_for()
+    opened.output(0).scroll_into_view_if_needed()
+    opened.page.evaluate(CLICK, [0, 0])  # not counted
+    return [float(opened.page.evaluate(CLICK, _pixel(k))) for k in range(1, ROUNDS + 1)]
 
 
 def text(found: dict[int, Waits]) -> str:

@@ -6,13 +6,12 @@ page itself: from the key to the new picture, decoded.
 
 from __future__ import annotations
 
-import shutil
 import statistics
 from collections.abc import Sequence
 from pathlib import Path
 
-from grader.dev.bench.programs import BenchError
-from grader.dev.jupyter import NoBrowser, NoJupyter, Session, session, write
+from grader.dev.bench.browsing import notebook
+from grader.dev.jupyter import NoBrowser, Session
 from grader.lab.store import write_json
 
 ROUNDS = 15  # of a step of each slider, after one that is not counted
@@ -44,18 +43,11 @@ async (cell) => {
 
 def measure(folder: Path) -> dict[str, float] | str:
     """Return the median seconds of both sliders, or why no browser can be driven."""
-    place = folder / "slider"
-    shutil.rmtree(place, ignore_errors=True)
-    write(place / "project", CELLS)
-    (place / "home").mkdir()
     try:
-        with session(place / "project", place / "home") as opened:
-            opened.run_all()
+        with notebook(folder / "slider", CELLS) as opened:
             found = _medians(opened)
     except NoBrowser as error:
         return str(error)
-    except NoJupyter as error:
-        raise BenchError(f"{error}; see {place / 'home' / 'log'}") from None
     write_json(folder / "slider.json", {**found, "goal above the empty slider": GOAL})
     return found
 
