@@ -106,10 +106,11 @@ def _in_mirror(student: Student, bench: Bench) -> bool:
     inside = replace(calls, globals={**calls.globals, "scene": room})
     result = calls.answers[0].result
     assert result is not None
-    hits = calls.args["it"].copy()
-    hits["mat"]["ks"] = result / SKY
+    hits, dull = calls.args["it"].copy(), calls.args["it"].copy()
+    hits["mat"]["ks"], dull["mat"]["ks"] = result / SKY, 0
     with_it, without = bench.trial(inside).got("result"), _without(bench, inside, it=hits)
-    seen = np.abs(without).min(axis=1) > LEAST
+    # What ks does not change tells nothing: a constant would follow it too.
+    seen = np.abs(without - _without(bench, inside, it=dull)).min(axis=1) > LEAST
     follows = ~far(with_it, without, calls.tolerance)
     return bool(seen.mean() > FEW and follows.all())
 

@@ -131,9 +131,8 @@ def test_common_mistakes_lose_their_own_points(grade: Grade, submission: Write) 
         "la ligne 179 vaut (0.9944, 0.9944, 1)"
         in done.check("horizontal_gradient.direction")["message"]
     )
-    assert (
-        done.check("fill_circle.rim")["hint"]
-        == "Un pixel dont la distance au centre est exactement le rayon fait-il partie du disque ?"
+    assert done.check("fill_circle.rim")["hint"] == (
+        "Un pixel dont la distance au centre est exactement le rayon du disque en fait-il partie ?"
     )
 
 

@@ -18,7 +18,7 @@ from grader.pictures.plan import SAMPLES, Picture
 from grader.shapes import Image
 
 # How many mixtures of accepted choices limits are made from, and are tried with; and their seeds.
-LEARNT, HELD_OUT = (40, 3), (100, 4)
+LEARNT, HELD_OUT = (40, 3), (100, 5)
 # Of each line one or none: they change different functions.
 _WRITTEN = (
     *(("sphere_direct", "sphere_half_b", "sphere_double", "sphere_long_double"),),

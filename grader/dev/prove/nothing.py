@@ -35,6 +35,9 @@ def report(grades: Mapping[str, Grade], whole: bool = True) -> Part:
     }
     outcomes = {each["outcome"] for each in grades[SKELETON].content["checks"]}
     faults = [f"{name}: earns {check}" for name, checks in earned.items() for check in checks]
+    # What does not compile earns nothing anyway.
+    built = {name: grade.content["build"]["ok"] for name, grade in grades.items()}
+    faults += [f"{name}: does not compile" for name, ok in built.items() if not ok]
     faults += [f"{SKELETON}: a check is {each}" for each in sorted(outcomes - {"todo"})]
     return Part(
         "nothing",

@@ -133,10 +133,12 @@ def files(turn: int) -> dict[str, str]:
     include = '#include "raytracer.h"\n'
     text = {"raytracer.h": '#include "exercises.h"\n', "raytracer.c": include, "octree.c": include}
     text["main.c"] = (CORE / "main.c").read_text(encoding="utf-8")
+    written = set()  # two exercises may be in one function
     for exercise in manifest.load().exercises:
         for name in exercise.functions:
-            if bodies := ATTEMPTS.get(name):
+            if name not in written and (bodies := ATTEMPTS.get(name)):
                 _write(text, exercise, name, bodies[turn % len(bodies)])
+                written.add(name)
     return text
 
 
