@@ -11,14 +11,14 @@ from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import Any
 
-from grader import manifest
+from grader import manifest, usage
 from grader.intake import SubmissionError, read_submission
 from grader.isolation.levels import Isolation, IsolationError, Level, current, using
 from grader.manifest import ManifestError
 from grader.process import MachineError
 from grader.records import BindError, PytestError, Told
 from grader.sizes import sizes_for
-from grader.texts import LANGUAGES, Texts, preferred
+from grader.texts import LANGUAGES, Texts
 from grader.usage import Parser, UsageError
 from grader.workshop import Workshop
 
@@ -42,7 +42,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
     try:
-        texts = Texts(_language(words))
+        texts = Texts(usage.language(words))
         if words and words[0] in OTHERS:
             return _other(words, texts)
         options = _parser(texts).parse_args(words)
@@ -114,13 +114,6 @@ def _verify_answers(folder: Path) -> None:
         expected.read_manifest(folder)
     except expected.ExpectedError as error:
         raise UsageError("usage.bad_expected", error=error) from error
-
-
-def _language(words: Sequence[str]) -> str:
-    """Return the language of the help itself: what --lang asks for, before all else is read."""
-    early = argparse.ArgumentParser(add_help=False)
-    early.add_argument("--lang", default="")
-    return preferred(early.parse_known_args(words)[0].lang)
 
 
 def _parser(texts: Texts) -> Parser:

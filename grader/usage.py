@@ -5,10 +5,11 @@ from __future__ import annotations
 import argparse
 import re
 import sys
+from collections.abc import Sequence
 from typing import Any, NoReturn
 
 from grader.records import Told
-from grader.texts import Texts
+from grader.texts import Texts, preferred
 
 # What argparse says of a wrong command line, and our sentence for it.
 _COMPLAINTS = (
@@ -60,3 +61,10 @@ def complaint(message: str, texts: Texts) -> str:
         if found := re.fullmatch(pattern, message, re.DOTALL):
             return texts.say(key, **found.groupdict())
     return message
+
+
+def language(words: Sequence[str]) -> str:
+    """Return the language of the help itself: what --lang asks for, before all else is read."""
+    early = argparse.ArgumentParser(add_help=False)
+    early.add_argument("--lang", default="")
+    return preferred(early.parse_known_args(words)[0].lang)

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from grader import course
+from grader import course, usage
 from grader.batch import cluster, crew, outputs
 from grader.batch.desk import Desk, Known
 from grader.batch.finding import discover
@@ -26,7 +26,7 @@ from grader.isolation.canary import CanaryError, prove
 from grader.isolation.levels import IsolationError, Level, using
 from grader.manifest import ManifestError
 from grader.records import Told
-from grader.texts import LANGUAGES, Texts, preferred
+from grader.texts import LANGUAGES, Texts
 from grader.usage import Parser
 
 DONE, WRONG_USE, FAILED, INTERRUPTED = 0, 2, 3, 130
@@ -35,9 +35,7 @@ _WRONG_USE = {f"batch.{key}" for key in ("no_submissions", "not_moodle", "not_ou
 
 def main(arguments: Sequence[str]) -> int:
     """Run the command; return 0, 2 for a wrong use, 3 when a submission could not be graded."""
-    early = argparse.ArgumentParser(add_help=False)
-    early.add_argument("--lang", default="")
-    texts = Texts(preferred(early.parse_known_args(arguments)[0].lang))
+    texts = Texts(usage.language(arguments))
     options = _parser(texts).parse_args(arguments)
     try:
         return _batch(options, texts)

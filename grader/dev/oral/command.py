@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from grader import manifest
+from grader import manifest, usage
 from grader.dev.oral import page
 from grader.dev.oral.choice import choose
 from grader.dev.oral.records import Swapped
@@ -25,7 +25,7 @@ from grader.manifest import ROOT, ManifestError
 from grader.process import MachineError
 from grader.records import BindError, BuildStatus, PytestError, Told
 from grader.report import write_text
-from grader.texts import LANGUAGES, Texts, preferred
+from grader.texts import LANGUAGES, Texts
 from grader.usage import Parser
 
 DONE, WRONG_USE, FAILED, INTERRUPTED = 0, 2, 3, 130
@@ -38,9 +38,7 @@ class OralError(Told):
 
 def main(arguments: Sequence[str]) -> int:
     """Run the command; return the exit code."""
-    early = argparse.ArgumentParser(add_help=False)
-    early.add_argument("--lang", default="")
-    texts = Texts(preferred(early.parse_known_args(arguments)[0].lang))
+    texts = Texts(usage.language(arguments))
     options = _parser(texts).parse_args(arguments)
     try:
         print(_write(options, texts))
