@@ -6,6 +6,7 @@ import hashlib
 import json
 import shutil
 from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -161,6 +162,16 @@ def test_the_simplest_wrong_case_is_shown() -> None:
     assert error.value.verdict.key == "failure.result"
     values = {"call": "reflectance(n1 = 1, n2 = 3)", "got": "0", "expected": "2"}
     assert error.value.verdict.values == values
+
+
+def test_the_simplest_is_the_least_complex(core: Core) -> None:
+    """Found quickly among many calls, it is what comparing all of them one by one would find."""
+    suites = (SUITE, "shade.both", "intersect_cone.caps", "camera_ray.anywhere", "shade.lobe")
+    for batch in chain.from_iterable(read(FOLDER, suite, core) for suite in suites):
+        complexities = [show.complexity(batch, case) for case in range(batch.count)]
+        for step in (1, 7):
+            cases = np.arange(0, batch.count, step)
+            assert show.simplest(batch, cases) == min(cases, key=complexities.__getitem__)
 
 
 def test_calls_are_told_by_what_matters(core: Core) -> None:
