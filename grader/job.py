@@ -124,6 +124,8 @@ class Job:
 
     def weakened(self, each: Object, names: Sequence[str]) -> Object:
         """Return the object with these names weak: another's definition takes their place."""
+        if not names:
+            return each
         flags = [f"--weaken-symbol={name}" for name in names]
         path = each.path.with_name(f"{key_of(each.path.name, flags)}.o")
         if not path.exists():

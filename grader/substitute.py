@@ -42,11 +42,14 @@ def substituted(built: Built, solution: Built, names: Collection[str]) -> BuildR
 
     Raises BuildError when it cannot be linked.
     """
-    job, own = built.job, built.job.own()
+    job = built.job
     exercises = manifest.load().exercises
     known = {name for each in exercises for name in each.functions}
     replaced, kept = sorted(known & set(names)), sorted(known - set(names))
-    theirs = {name: job.weakened(built.objects[name], replaced) for name in own}
+    theirs = {
+        name: job.weakened(built.objects[name], sorted(symbols.defined & {*replaced}))
+        for name, symbols in built.symbols.items()
+    }
     traps = job.compile_text(TRAPS, "".join(_TRAP.format(name=each) for each in kept))
     ours = []
     for name in sorted({each.file for each in exercises if {*each.functions} & {*replaced}}):
