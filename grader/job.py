@@ -40,6 +40,10 @@ class BuildError(Told):
     """The machine or the given files are at fault, not the submission."""
 
 
+class MixError(Told):
+    """What a submission is made of does not go with the reference's functions."""
+
+
 @dataclass(frozen=True)
 class Object:
     """A compiled file; `errors` is "" when it compiled."""
@@ -123,7 +127,10 @@ class Job:
         return found
 
     def weakened(self, each: Object, names: Sequence[str]) -> Object:
-        """Return the object with these names weak: another's definition takes their place."""
+        """Return the object with these names weak: another's definition takes their place.
+
+        Raises MixError, BuildError.
+        """
         if not names:
             return each
         flags = [f"--weaken-symbol={name}" for name in names]
@@ -132,15 +139,18 @@ class Job:
             command = ["objcopy", *flags, str(each.path.resolve())]
             status, output = _run(command, path, self.sources, [each.path])
             if status != 0:
-                raise BuildError("machine.failed", detail=output)
+                raise MixError("machine.failed", detail=output)
         return replace(each, path=path)
 
     def mixed(self, named: Sequence[tuple[str, Object]]) -> str:
-        """Return the library of objects some of whose names are weak. Raises BuildError."""
+        """Return the library of objects some of whose names are weak.
+
+        Raises MixError, BuildError.
+        """
         flags = toolchain.mixed_link_flags(self.compiler)
         library = self.cache / "libraries" / self._library_name([each for _, each in named], flags)
         if not library.exists() and (errors := self._link(library, named, flags)):
-            raise BuildError("machine.failed", detail=errors)
+            raise MixError("machine.failed", detail=errors)
         return str(library.resolve())
 
     def bind(self) -> tuple[Binding, Object]:

@@ -18,7 +18,7 @@ from grader.grading import at_fault, is_judged, unwritten
 from grader.judge import Student
 from grader.manifest import Check, Manifest
 from grader.records import Finding, Outcome
-from grader.workshop import Workshop
+from grader.workshop import NOT_LINKED, Workshop
 
 Again = Callable[[str, Student], Finding]  # runs a check, by its id, on another build
 
@@ -33,10 +33,11 @@ def retried(
     if not substitute.is_possible():
         return list(findings)
     found = {each.check: each for each in findings}
-    # What needs fewer exercises first: whether these are right is known when others ask.
+    # What needs fewer exercises first, and last what judges others' functions besides: whether
+    # these are right is known when it is asked.
     order = sorted(
         (rules.checks()[name] for name in found),
-        key=lambda check: (len(rules.needed(check)), check.exercise),
+        key=lambda check: (bool(check.judges), len(rules.needed(check)), check.exercise),
     )
     ahead = unwritten(findings, rules)
     lent: frozenset[str] = frozenset()
@@ -124,10 +125,11 @@ def _settled(
         return replace(second, through=tuple(sorted(check.needs)), output="")
     own = judged(check, found, rules)
     shared = any(own & set(rules.exercise(each).functions) for each in guilty)
-    if check.exercise in second.todo:
-        return second
-    if second.outcome is Outcome.ERROR or shared:
+    if check.exercise in second.todo or second.outcome is Outcome.ERROR:
+        return second  # the machine's fault never becomes a mark
+    if shared or (second.verdict and second.verdict.key == NOT_LINKED):
         return first  # what is at fault could not be replaced
-    # What of a picture is right may now be the reference's own: the first picture's part counts.
-    evidence = replace(second.evidence, share=first.evidence.share)
+    # What of a picture is right may now be the reference's own, or been so by chance before.
+    share = min(first.evidence.share, second.evidence.share)
+    evidence = replace(second.evidence, share=share)
     return replace(second, alone=True, output=first.output, evidence=evidence)

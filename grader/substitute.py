@@ -40,7 +40,7 @@ def reference() -> Submission:
 def substituted(built: Built, solution: Built, names: Collection[str]) -> BuildResult:
     """Return the submission's library with these functions of the reference in place of its own.
 
-    Raises BuildError when it cannot be linked.
+    Raises MixError when it cannot be linked, BuildError by the machine's fault.
     """
     job = built.job
     exercises = manifest.load().exercises

@@ -11,6 +11,7 @@ import threading
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from concurrent.futures import Future
 from contextlib import ExitStack
+from dataclasses import replace
 from functools import cache, partial
 from pathlib import Path
 from types import TracebackType
@@ -18,6 +19,7 @@ from typing import TYPE_CHECKING
 
 from grader import diagnostics, manifest, originals, sizes, substitute, toolchain
 from grader.build import Builder, Built
+from grader.job import MixError
 from grader.process import Process, start_worker
 from grader.records import BuildResult, BuildStatus, Death, Submission, Target, Verdict
 from grader.sizes import Size
@@ -27,6 +29,7 @@ if TYPE_CHECKING:
     from grader.judge import Student
     from grader.runner import Core
 
+NOT_LINKED = "failure.not_linked"  # of a verdict
 Begin = Callable[[], Future[Built]]
 Make = Callable[[], BuildResult]  # waits until it is built
 
@@ -78,7 +81,7 @@ class _Kit:
 
     def _core(self, result: BuildResult) -> Core:
         if result.status is not BuildStatus.BUILT:
-            raise NotBuilt(Verdict("failure.not_linked"))
+            raise NotBuilt(Verdict(NOT_LINKED))
         from grader.runner import Core
 
         with self._making:
@@ -177,7 +180,7 @@ class Workshop:
         """
         first = self._first.result().result
         if first.status is not BuildStatus.BUILT:
-            raise NotBuilt(Verdict("failure.not_linked"))
+            raise NotBuilt(Verdict(NOT_LINKED))
         if file in (why := self._why(first)):
             raise NotBuilt(why[file])
         from grader.judge import Student
@@ -190,8 +193,8 @@ class Workshop:
 
         It has workers of its own: no code of the submission ever runs beside a library that holds
         the reference's version of what it is judged by. What is yielded makes a Student for a
-        check, from the functions that the check is about; its sessions raise BuildError when the
-        library cannot be made.
+        check, from the functions that the check is about; its sessions raise NotBuilt when these
+        do not go with the reference's, and BuildError by the machine's fault.
         """
         with Builder(substitute.reference(), self._folder, self._builder.compiler) as builder:
 
@@ -199,7 +202,10 @@ class Workshop:
                 def make() -> BuildResult:
                     built = begin().result()
                     solution = builder.start(built.job.target).result()
-                    return substitute.substituted(built, solution, names)
+                    try:
+                        return substitute.substituted(built, solution, names)
+                    except MixError:
+                        return replace(built.result, status=BuildStatus.REJECTED)
 
                 return cache(make)
 

@@ -15,7 +15,6 @@ from grader.show import call, number, value
 
 # A share of draws may be that many standard deviations away from its probability, and a little.
 DEVIATIONS, SLACK = 4.5, 0.01
-SKY = np.array([0.2, 0.2, 0.6], np.float32)
 
 
 # ---- TP5.B1: refracted_ray, glass_color ---------------------------------------------------------
@@ -60,14 +59,16 @@ def test_refracted_ray_fields(student: Student) -> None:
         trial.expect("out.depth", "out.seed")
 
 
-def sees_sky(colors: Array) -> Array:
-    """Return which colours are the sky's, which only a reflected ray sees here."""
-    return ~far(colors, np.broadcast_to(SKY, colors.shape), 1e-3)
+def reflected(trial: Trial) -> Array:
+    """Return which answers are the colour of the ceiling, which only a reflected ray sees."""
+    got = trial.got("result")
+    _, ceiling = trial.batch.globals["scene"]["mat"]["kd"]
+    return ~far(got, np.broadcast_to(ceiling, got.shape), 1e-3)
 
 
 def check_share(student: Student, trial: Trial, *accepted: float) -> None:
     """Look how many of the rays are reflected: one of the shares, but for chance."""
-    share = float(sees_sky(trial.got("result")).mean())
+    share = float(reflected(trial).mean())
     bounds = [
         DEVIATIONS * np.sqrt(each * (1 - each) / trial.batch.count) + SLACK for each in accepted
     ]
@@ -97,12 +98,12 @@ def test_glass_color_plain(student: Student) -> None:
 def test_glass_color_one_ray(student: Student) -> None:
     """Each call follows one ray: the reflected one or the refracted one."""
     for trial in student.trials("glass_color.odds"):
-        got = trial.got("result")
-        # What a refracted ray sees is one colour; a mixture with the sky in it fails the odds.
-        others = got[~sees_sky(got)]
+        got, mirrored = trial.got("result"), reflected(trial)
+        # What a refracted ray sees is one colour; a mixture with the other fails the odds.
+        others = got[~mirrored]
         floor = others[0] if len(others) else got[0]
         one = ~far(got, np.broadcast_to(floor, got.shape), trial.batch.tolerance)
-        trial.complain(~(one | sees_sky(got)), "failure.two_rays", got=got)
+        trial.complain(~(one | mirrored), "failure.two_rays", got=got)
 
 
 def odds(trial: Trial) -> float:

@@ -6,6 +6,7 @@ import os
 import subprocess
 from collections.abc import Mapping
 from pathlib import Path
+from typing import NoReturn
 
 import pytest
 
@@ -13,8 +14,9 @@ from grader import manifest, retrial, substitute
 from grader.build import Builder
 from grader.dev import mistakes, patches
 from grader.expected import FOLDER
+from grader.job import BuildError, MixError
 from grader.process import Died
-from grader.records import CheckResult, Finding, Outcome, Submission, Target
+from grader.records import CheckResult, Finding, Outcome, Submission, Target, Told
 from grader.sizes import sizes_for
 from grader.tests.judging import judge, solution
 from grader.tests.stubs import without
@@ -126,6 +128,47 @@ def test_what_a_check_judges_besides_is_not_replaced(cache: Path) -> None:
     assert found["tp4.in_shadow.blocked"].outcome.value == "passed"
 
 
+def both(one: str, other: str) -> dict[str, str]:
+    """Return the reference's files with two known mistakes in them."""
+    return patches.patched(mistakes.FOLDER / f"{other}.patch", KNOWN[one].files())
+
+
+def test_what_is_judged_besides_is_not_replaced_for_anothers_mistake(cache: Path) -> None:
+    """direct_light seems wrong until shade is mended: that is known when in_shadow asks."""
+    files = both("shade_kd_ks_exchanged", "shadow_darkens_all")
+    found = judge(files, cache, keyword="shade or direct_light or in_shadow")
+    assert outcomes(found, "TP3.2") == {"passed"}
+    assert found["tp4.in_shadow.used"].outcome.value == "failed"
+
+
+def test_a_second_mistake_earns_no_part_of_a_picture(cache: Path) -> None:
+    """Objects that hide wrongly do not make a picture without samples any better."""
+    files = both("scene_first_hit", "samples_all_at_centre")
+    found = judge(files, cache, keyword="intersect_scene or pixel_color or smooth_4")
+    assert found[NEAREST].outcome.value == "failed"
+    assert found["tp5.scene.smooth_4"].points == 0
+
+
+@pytest.mark.parametrize(
+    ("fault", "outcome"),
+    [
+        (BuildError("machine.compiler_fails", command="gcc", error="killed"), "error"),
+        (MixError("machine.failed", detail="the linker says no"), "blocked"),
+    ],
+)
+def test_the_machines_fault_is_not_taken_for_the_submissions(
+    fault: Told, outcome: str, cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Among the reference's functions as well; what does not go with them waits."""
+
+    def fail(*arguments: object) -> NoReturn:
+        raise fault
+
+    monkeypatch.setattr(substitute, "substituted", fail)
+    found = judge(changed("raytracer.c", FAR_ROOT), cache, 2, "sphere or intersect_scene")
+    assert found[NEAREST].outcome.value == outcome
+
+
 def test_functions_in_another_file_and_in_cxx_are_replaced_too(cache: Path) -> None:
     """Where a function is written, and in which of the two languages, is the student's choice."""
     files = changed("raytracer.c", FAR_ROOT)
@@ -160,8 +203,7 @@ def test_what_is_wrong_with_fresnel_as_well_is_not_forgiven(
     wrong: str, use: str, check: str, cache: Path
 ) -> None:
     """Two mistakes in one function."""
-    both = patches.patched(mistakes.FOLDER / f"{use}.patch", KNOWN[wrong].files())
-    found = judge(both, cache, 5, "fresnel_use")
+    found = judge(both(wrong, use), cache, 5, "fresnel_use")
     assert {name for name, each in found.items() if each.outcome.value != "passed"} == {check}
 
 

@@ -18,7 +18,7 @@ from grader import manifest
 from grader.dev.pictures import drift
 from grader.dev.pictures.calibration import MARGIN
 from grader.dev.pictures.make import maps
-from grader.dev.pictures.readings import REFERENCE
+from grader.dev.pictures.readings import REFERENCE, Reading
 from grader.dev.pictures.sources import Source, mixtures
 from grader.dev.pictures.texels import texels
 from grader.dev.pictures.wrongs import TABLE, Wrong
@@ -68,6 +68,16 @@ def test_mixtures_of_accepted_choices_are_right(source: Source) -> None:
     """With other seeds than those that the limits were made and tried with."""
     for picture in (Picture(0, "shadows"), Picture(4, "fresnel"), Picture(4, "smooth")):
         assert judged(picture.scene, picture.stage, source.draw(picture)).complaint is None
+
+
+@pytest.mark.parametrize("patch", ["sphere_direct", "offset_along_the_normal"])
+def test_roundings_that_grow_from_bounce_to_bounce_are_right(patch: str) -> None:
+    """Among spheres that overlap, right programs that ignore the options share few pixels."""
+    got = Reading(patch, (patch,)).draw(Picture(3, "fresnel"), texels())
+    found = judged(3, "shadows", got)
+    assert found.complaint is None
+    assert found.remark is not None
+    assert found.remark.key == "note.later_features"
 
 
 def test_ks_in_the_lobe_is_right_with_a_note() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from grader import manifest
 from grader.dev import variants
 from grader.dev.prove.grades import Grade, Program, Shop
 from grader.dev.prove.parts import Part, sampled
@@ -57,11 +58,20 @@ def report(found: Iterable[tuple[Variant, str, Grade]], whole: bool = True) -> P
 def faults(variant: Variant, name: str, grade: Grade) -> list[str]:
     """Return the checks that lost points, a line each.
 
-    Of a variant apart, pictures count, and functions that it never calls are to do.
+    Of a variant apart, pictures count, and functions that it never calls are to do; so is a picture
+    that counts with one of these alone.
     """
+    rows = {each["id"]: each for each in grade.content["checks"]}
+    known = manifest.load().checks()
+
+    def is_left(check: str) -> bool:
+        if rows[check]["outcome"] != "todo":
+            return False
+        twin = known[check].twin
+        return ".scene." not in check or (bool(twin) and is_left(twin))
+
     return [
-        f"{name}: {each['id']} ({each['outcome']}): {each['message']}"
-        for each in grade.content["checks"]
-        if each["points"] < each["max_points"]
-        and not (variant.apart and each["outcome"] == "todo" and ".scene." not in each["id"])
+        f"{name}: {check} ({each['outcome']}): {each['message']}"
+        for check, each in rows.items()
+        if each["points"] < each["max_points"] and not (variant.apart and is_left(check))
     ]

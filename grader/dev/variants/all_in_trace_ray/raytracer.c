@@ -32,20 +32,19 @@ void camera_ray(ray *r, float x, float y) {
 
 /* TP2.2 - The picture of the scene. */
 void raytrace(void) {
-#ifdef _OPENMP /* all the cores; rows differ in cost, so each core takes the next ones when it is done */
-#pragma omp parallel for schedule(dynamic, 4)
-#endif
-    for (int j = 0; j < HEIGHT; j++) {
-        for (int i = 0; i < WIDTH; i++) {
-            if (options.samples > 1) {
-                output_image[j * WIDTH + i] = pixel_color(i, j);
-                continue;
-            }
+    const int side = options.samples;
+    for (int k = 0; k < WIDTH * HEIGHT; k++) {
+        color sum = vector_init(0.f, 0.f, 0.f);
+        for (int s = 0; s < side * side; s++) {
             ray r;
-            camera_ray(&r, (float)i + 0.5f, (float)j + 0.5f);
-            r.seed = pixel_seed(i, j, 0);
-            output_image[j * WIDTH + i] = trace_ray(&r);
+            float x = ((float)(s % side) + 0.5f) / (float)side;
+            float y = ((float)(s / side) + 0.5f) / (float)side;
+            camera_ray(&r, (float)(k % WIDTH) + x, (float)(k / WIDTH) + y);
+            r.seed = pixel_seed(k % WIDTH, k / WIDTH, s);
+            color seen = trace_ray(&r);
+            sum = vector_add(sum, side > 1 ? vector_clamp(seen, 0.f, 1.f) : seen);
         }
+        output_image[k] = vector_float_mul(1.f / (float)(side * side), sum);
     }
 }
 
@@ -85,7 +84,7 @@ bool intersect_scene(ray *r, intersection *it) {
     return hit;
 }
 
-/* TP2.6 - The colour seen along a ray. */
+/* TP2.6 - The colour seen along a ray: all of it, whatever the options. */
 color trace_ray(ray *r) {
     if (r->depth > 10) {
         return vector_init(0.f, 0.f, 0.f);
@@ -94,6 +93,23 @@ color trace_ray(ray *r) {
     if (!intersect_scene(r, &it)) {
         return sky_color();
     }
+    vec3 white = vector_init(1.f, 1.f, 1.f);
+    /* The colour of the place. */
+    vec3 place = vector_minus(it.position, it.mat.pattern_origin);
+    if (it.mat.pattern == PATTERN_CHECKER) {
+        vec3 cube = vector_float_mul(1.f / it.mat.pattern_size, place);
+        int sum = (int)floorf(cube.x) + (int)floorf(cube.y) + (int)floorf(cube.z);
+        it.mat.kd = sum % 2 == 0 ? it.mat.kd : it.mat.kd2;
+    }
+    if (it.mat.pattern == PATTERN_IMAGE && scene_texture.texels != NULL) {
+        vec3 d = vector_normalized(place);
+        int column = (int)((0.5f + atan2f(d.x, d.z) / (2.f * PI)) * (float)scene_texture.width);
+        int row = (int)(acosf(vector_clamp(d, -1.f, 1.f).y) / PI * (float)scene_texture.height);
+        column = column < scene_texture.width ? column : scene_texture.width - 1;
+        row = row < scene_texture.height ? row : scene_texture.height - 1;
+        it.mat.kd = scene_texture.texels[row * scene_texture.width + column];
+    }
+    /* The lights. */
     vec3 v = vector_normalized(vector_float_mul(-1.f, r->dir));
     color sum = vector_init(0.f, 0.f, 0.f);
     for (int k = 0; k < num_lights; k++) {
@@ -105,7 +121,7 @@ color trace_ray(ray *r) {
         }
         ray shadow;
         ray_init(&shadow, vector_add(it.position, vector_float_mul(EPSILON, l)), l);
-        shadow.tmax = vector_norm(to_light);
+        shadow.tmax = vector_norm(to_light) - EPSILON;
         intersection unused;
         if (intersect_scene(&shadow, &unused)) {
             continue;
@@ -114,31 +130,81 @@ color trace_ray(ray *r) {
         float h_v = fmaxf(vector_dot(h, v), 0.f);
         float s = it.mat.shininess;
         float lobe = powf(fmaxf(vector_dot(h, it.normal), 0.f), s) * (s + 8.f) / (8.f * PI);
-        vec3 white = vector_init(1.f, 1.f, 1.f);
         color f = vector_add(it.mat.kr, vector_float_mul(powf(1.f - h_v, 5.f), vector_minus(white, it.mat.kr)));
         color brdf = vector_add(vector_float_mul(1.f / PI, it.mat.kd), vector_float_mul(lobe, f));
         sum = vector_add(sum, vector_float_mul(n_l, vector_vec_mul(lights[k].col, brdf)));
     }
-    vec3 dir = vector_normalized(vector_reflect(r->dir, it.normal));
-    ray mirrored;
-    ray_init(&mirrored, vector_add(it.position, vector_float_mul(EPSILON, dir)), dir);
-    mirrored.depth = r->depth + 1;
-    float x = 1.f - fmaxf(vector_dot(it.normal, v), 0.f);
-    vec3 white = vector_init(1.f, 1.f, 1.f);
-    color k = vector_add(it.mat.kr, vector_float_mul(powf(x, 5.f), vector_minus(white, it.mat.kr)));
-    return vector_add(sum, vector_vec_mul(k, trace_ray(&mirrored)));
+    /* The ray that goes on, and its part. */
+    float n_v = vector_dot(it.normal, v);
+    float x = powf(1.f - fmaxf(n_v, 0.f), 5.f);
+    color part = vector_add(it.mat.kr, vector_float_mul(x, vector_minus(white, it.mat.kr)));
+    vec3 dir = vector_reflect(r->dir, it.normal);
+    if (options.refraction && it.mat.refraction_index > 0.f) {
+        part = white;
+        float ratio = n_v < 0.f ? it.mat.refraction_index : 1.f / it.mat.refraction_index;
+        float zero = (1.f - it.mat.refraction_index) / (1.f + it.mat.refraction_index);
+        float odds = zero * zero + (1.f - zero * zero) * powf(1.f - fabsf(n_v), 5.f);
+        float cos2 = 1.f - ratio * ratio * (1.f - n_v * n_v);
+        if (ray_random(r) >= odds && cos2 >= 0.f) {
+            vec3 n = n_v < 0.f ? vector_float_mul(-1.f, it.normal) : it.normal;
+            vec3 along = vector_add(vector_float_mul(fabsf(n_v), n), vector_normalized(r->dir));
+            dir = vector_minus(vector_float_mul(ratio, along), vector_float_mul(sqrtf(cos2), n));
+        }
+    }
+    dir = vector_normalized(dir);
+    ray next;
+    ray_init(&next, vector_add(it.position, vector_float_mul(EPSILON, dir)), dir);
+    next.depth = r->depth + 1;
+    next.seed = r->seed;
+    return vector_add(sum, vector_vec_mul(part, trace_ray(&next)));
+}
+
+/* TP2.B1 and TP2.B2 - What meets the endless double cone or cylinder whose circle, at a height along the axis, has
+ * the radius at_base + widening * height; and the discs. */
+static bool intersect_round(ray *r, intersection *it, const object *obj, float at_base, float widening) {
+    vec3 o = vector_minus(r->orig, obj->base);
+    float o_up = vector_dot(o, obj->axis);
+    float d_up = vector_dot(r->dir, obj->axis);
+    vec3 o_across = vector_minus(o, vector_float_mul(o_up, obj->axis));
+    vec3 d_across = vector_minus(r->dir, vector_float_mul(d_up, obj->axis));
+    double width = at_base + widening * o_up;
+    double grows = widening * d_up;
+    double a = vector_sqnorm(d_across) - grows * grows;
+    double b = vector_dot(o_across, d_across) - width * grows;
+    double c = vector_sqnorm(o_across) - width * width;
+    double delta = b * b - a * c;
+    bool hit = false;
+    for (int side = -1; side <= 1 && delta >= 0. && a != 0.; side += 2) {
+        float t = (float)((-b + side * sqrt(delta)) / a);
+        float up = o_up + t * d_up;
+        if (up < 0.f || up > obj->length) {
+            continue;
+        }
+        vec3 out = vector_normalized(vector_add(o_across, vector_float_mul(t, d_across)));
+        vec3 normal = vector_normalized(vector_minus(out, vector_float_mul(widening, obj->axis)));
+        hit = record_hit(r, it, t, normal, &obj->mat) || hit;
+    }
+    for (int end = 0; end < 2; end++) {
+        float up = end == 0 ? 0.f : obj->length;
+        float reach = at_base + widening * up;
+        float t = (up - o_up) / d_up;
+        vec3 from_axis = vector_add(o_across, vector_float_mul(t, d_across));
+        if (reach > 0.f && d_up != 0.f && vector_sqnorm(from_axis) <= reach * reach) {
+            vec3 normal = vector_float_mul(end == 0 ? -1.f : 1.f, obj->axis);
+            hit = record_hit(r, it, t, normal, &obj->mat) || hit;
+        }
+    }
+    return hit;
 }
 
 /* TP2.B1 - Nearest intersection of a ray and a finite cylinder with its two discs. */
 bool intersect_cylinder(ray *r, intersection *it, const object *obj) {
-    MRT_TODO("TP2.B1");
-    return false;
+    return intersect_round(r, it, obj, obj->radius, 0.f);
 }
 
 /* TP2.B2 - Nearest intersection of a ray and a cone with its disc. */
 bool intersect_cone(ray *r, intersection *it, const object *obj) {
-    MRT_TODO("TP2.B2");
-    return false;
+    return intersect_round(r, it, obj, obj->radius, -obj->radius / obj->length);
 }
 
 /* ============================== TP3 - Light and matter ========================================= */
