@@ -12,11 +12,12 @@ import numpy as np
 
 from grader.dev import mistakes
 from grader.dev.mistakes import Mistake
+from grader.dev.pictures.calibration import limits
 from grader.dev.pictures.program import RenderError
 from grader.dev.pictures.sources import by_mistake
 from grader.pictures import stored
 from grader.pictures.measure import measure, outside
-from grader.pictures.plan import Picture
+from grader.pictures.plan import Picture, everything
 from grader.pictures.stored import Expected
 from grader.pictures.suspects import encode, name_of
 from grader.shapes import Image
@@ -62,6 +63,7 @@ def _is_wrong(got: Image, expected: Expected) -> bool:
 
 
 def fingerprint() -> str:
-    """Return what stands for the mistakes of which pictures are kept."""
+    """Return what stands for the mistakes of which pictures are kept, and what shows of them."""
     changed = [(each.id, sorted(each.files().items())) for each in mistakes.load() if each.tp > 1]
-    return hashlib.sha256(repr(changed).encode()).hexdigest()
+    allowed = [[row["limit"] for row in limits(each).values()] for each in everything()]
+    return hashlib.sha256(repr((changed, allowed)).encode()).hexdigest()
