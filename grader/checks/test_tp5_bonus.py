@@ -164,10 +164,11 @@ def family(spheres: Array, tolerance: float) -> tuple[Array, Array]:
     The parent is the sphere of four times its radius that it comes nearest to touching.
     """
     center, radius = spheres["center"].astype(np.float64), spheres["radius"].astype(np.float64)
-    distance = np.linalg.norm(center[1:, None] - center[None], axis=2)
-    gap = np.abs(distance - 1.25 * radius[None]) / radius[None]
-    fits = np.abs(radius[1:, None] * 4 - radius[None]) <= tolerance * 4 * radius[1:, None]
-    gap = np.where(fits, gap, np.inf)
+    with np.errstate(invalid="ignore", divide="ignore"):  # a NaN fits nowhere
+        distance = np.linalg.norm(center[1:, None] - center[None], axis=2)
+        gap = np.abs(distance - 1.25 * radius[None]) / radius[None]
+        fits = np.abs(radius[1:, None] * 4 - radius[None]) <= tolerance * 4 * radius[1:, None]
+    gap = np.where(fits & ~np.isnan(gap), gap, np.inf)
     return gap.argmin(axis=1), gap.min(axis=1)
 
 

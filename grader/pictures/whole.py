@@ -89,7 +89,8 @@ def _changes() -> Iterator[tuple[str, Change]]:
 
 
 def _powered(picture: Image, gamma: float) -> Image:
-    return np.clip(picture, 0, None) ** np.float32(gamma)
+    with np.errstate(over="ignore"):  # what is so bright stays too bright
+        return np.clip(picture, 0, None) ** np.float32(gamma)
 
 
 def _scaled(got: Image, expected: Image, objects: Mask) -> Verdict | None:
