@@ -178,13 +178,12 @@ _ANGLES = ((1.0, 1.5), (0.3, 1.5), (0.2, 1.3), (0.1, 1.5))
 def _drawn(
     m: Maker, cosine: float, index: float, ks: tuple[float, float, float] | None = None
 ) -> Question:
-    """Return the same ray with many seeds: refracted it sees a floor, reflected a ceiling.
+    """Return the same ray with many seeds: reflected it sees the sky, refracted a floor.
 
-    No ray sees the sky: a trace_ray that takes it for the objects cannot make up for odds that are
-    the wrong way round. With `ks` that is the material's, and Fresnel is off.
+    With `ks` that is the material's, and Fresnel is off.
     """
-    planes = m.objects("PLANE", 2, normal=((0, 1, 0), (0, -1, 0)), dist=5)
-    planes["mat"] = m.materials(2, kd=((0.9, 0.1, 0.1), (0.1, 0.8, 0.3)), ks=0, kr=0)
+    floor = m.objects("PLANE", 1, normal=(0, 1, 0), dist=5)
+    floor["mat"] = m.materials(1, kd=(0.9, 0.1, 0.1), ks=0, kr=0)
     direction = floats([[np.sqrt(1 - cosine**2), -cosine, 0]])
     rays = m.rays(np.repeat(-direction, DRAWS, axis=0), direction)
     rays["seed"] = m.rng.integers(2, 1 << 32, DRAWS, dtype=np.uint32)
@@ -192,7 +191,7 @@ def _drawn(
     if ks is not None:
         mat["ks"] = ks
     hits = m.hits((0, 0, 0), (0, 1, 0), mat)
-    world = m.world(planes, shading=False, fresnel=ks is None)
+    world = m.world(floor, shading=False, fresnel=ks is None)
     return Question(Batch("glass_color", {"in": rays, "it": hits}, world))
 
 
