@@ -149,6 +149,15 @@ def test_a_second_mistake_earns_no_part_of_a_picture(cache: Path) -> None:
     assert found["tp5.scene.smooth_4"].points == 0
 
 
+def test_what_trace_ray_swaps_does_not_mend_the_odds_of_glass(cache: Path) -> None:
+    """Which ray was followed is told whatever is seen along it."""
+    files = both("trace_answers_swapped", "glass_odds_reversed")
+    found = judge(files, cache, keyword="trace_ray or glass_color")
+    assert found["tp5.glass_color.odds"].outcome.value == "failed"
+    alone = judge(KNOWN["trace_answers_swapped"].files(), cache, keyword="glass_color")
+    assert alone["tp5.glass_color.odds"].outcome.value == "passed"
+
+
 @pytest.mark.parametrize(
     ("fault", "outcome"),
     [
