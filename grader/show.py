@@ -97,45 +97,34 @@ def setting(batch: Batch) -> str:
 
 def complexity(batch: Batch, case: int) -> tuple[int, int, float]:
     """Return how hard a call is to follow: numbers that are not zero, their digits, their size."""
-    numbers = [np.ravel(_numbers(column[case])) for column in batch.args.values()]
-    flat = np.concatenate([*numbers, np.zeros(1)])
-    digits = sum(len(number(each)) for each in flat if each)
-    return int(np.count_nonzero(flat)), digits, float(np.abs(flat).sum())
+    flat = _rows(batch, np.array([case]))[0]
+    flat = flat[flat != 0]
+    return len(flat), sum(len(number(each)) for each in flat), float(np.abs(flat).sum())
 
 
 def simplest(batch: Batch, cases: Array) -> int:
     """Return the least complex of these cases; it is quick where there are many."""
-    counts = np.zeros(len(cases), int)
-    for column in batch.args.values():
-        counts += _nonzeros(column[cases])
+    counts = np.count_nonzero(_rows(batch, cases), axis=1)
     fewest = cases[counts == counts.min()]
     return int(min(fewest, key=lambda case: complexity(batch, case)))
 
 
-def _nonzeros(column: Array) -> Array:
-    """Return how many numbers of each item are not zero."""
+def _rows(batch: Batch, cases: Array) -> Array:
+    """Return the numbers of calls, a row each."""
+    return np.hstack([_numbers(column[cases]) for column in batch.args.values()])
+
+
+def _numbers(column: Array) -> Array:
+    """Return the numbers of each item, a row each; what an object's type does not use is 0."""
     names = column.dtype.names
-    counts = np.zeros(len(column), int)
     if not names:
-        counts += np.count_nonzero(column, axis=tuple(range(1, column.ndim)))
-    elif "mat" in names and "type" in names:
-        for kind in np.unique(column["type"]):
-            chosen = column["type"] == kind
-            for name in OBJECTS[int(kind)][1]:
-                counts[chosen] += _nonzeros(column[name][chosen])
-    else:
-        for name in names:
-            counts += _nonzeros(column[name])
-    return counts
-
-
-def _numbers(item: Any) -> Any:
-    names = getattr(getattr(item, "dtype", None), "names", None)
-    if not names:
-        return np.asarray(item, np.float64)
+        return column.astype(np.float64).reshape(len(column), -1)
+    parts = {name: _numbers(column[name]) for name in names}
     if "mat" in names and "type" in names:
-        names = OBJECTS[int(item["type"])][1]
-    return np.concatenate([np.ravel(_numbers(item[name])) for name in names])
+        for name, part in parts.items():
+            users = [kind for kind, (_, used) in OBJECTS.items() if name in used]
+            part[~np.isin(column["type"], users)] = 0
+    return np.hstack([*parts.values()])
 
 
 def _fields(item: Any, names: Iterable[str], material: Sequence[str]) -> list[str]:
