@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import re
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -29,9 +29,7 @@ class Types:
 
     def __init__(self, binding: Binding, library: str = "") -> None:
         self.binding = binding
-        names: dict[str, Any] = {}
-        exec(library_source(binding.cdef, library), names)  # as the worker: no parser is needed
-        self._ffi = names["ffi"]
+        self._ffi = _declared(library_source(binding.cdef, library))
         self._known: dict[str, np.dtype[Any]] = {}
 
     def dtype(self, ctype: str) -> np.dtype[Any]:
@@ -77,6 +75,14 @@ class Types:
             return _NOT_INTEGERS[ctype.cname]
         signed = int(self._ffi.cast(ctype, -1)) < 0
         return f"{'i' if signed else 'u'}{self._ffi.sizeof(ctype)}"
+
+
+@lru_cache(maxsize=8)
+def _declared(source: bytes) -> Any:
+    """Return the cffi object of declarations: kept, since cffi never frees the types it makes."""
+    names: dict[str, Any] = {}
+    exec(source, names)  # as the worker: no parser is needed
+    return names["ffi"]
 
 
 def _multiplied(product: re.Match[str]) -> str:

@@ -291,5 +291,7 @@ def _run(
     if ran.status < 0 or ran.killed or _KILLED.search(ran.errors):
         # Its own limits end it otherwise: somebody, or a machine short of memory, has killed it.
         raise BuildError("machine.compiler_fails", command=command[0], error="killed")
-    # The assembler tells the name of its input, a file of that folder: nobody's business.
-    return ran.status, re.sub(rf"{re.escape(str(part.resolve().parent))}/cc\w+", "asm", ran.errors)
+    errors, made = ran.errors, str(part.resolve().parent)
+    if made in errors:  # the assembler tells the name of its input: nobody's business
+        errors = re.sub(rf"{re.escape(made)}/cc\w+", "asm", errors)
+    return ran.status, errors

@@ -46,6 +46,7 @@ class Kit(Protocol):
     """The libraries of a submission; each is there when it is asked for, and not before."""
 
     stuck: dict[str, Death]  # functions that have run out of time, in whatever check
+    is_mixed: bool  # whether functions of the reference stand in for some of its own
 
     def unit(self, size: Size) -> Core:
         """Return the library for functions, with pictures of that size."""
@@ -72,6 +73,11 @@ class Student:
     def anew(self) -> Student:
         """Return the submission for the same check, as if that had not begun."""
         return Student(self._kit, self.folder, self._own)
+
+    @property
+    def waits(self) -> bool:
+        """Whether what was wrong so far waits for something to be written: it is not judged."""
+        return bool(self.todo) and not self._kit.is_mixed
 
     @contextlib.contextmanager
     def canvas(self, size: Size) -> Iterator[Canvas]:

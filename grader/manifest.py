@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
@@ -65,13 +65,21 @@ class Manifest:
     given: tuple[str, ...]
     ungraded: tuple[str, ...]
 
-    def checks(self) -> dict[str, Check]:
+    def checks(self) -> Mapping[str, Check]:
         """Return every check by its id."""
-        return {check.id: check for each in self.exercises for check in each.checks}
+        return self._checks
 
     def exercise(self, name: str) -> Exercise:
         """Return the exercise of that id. Raises KeyError."""
-        return {each.id: each for each in self.exercises}[name]
+        return self._exercises[name]
+
+    @cached_property
+    def _checks(self) -> Mapping[str, Check]:
+        return {check.id: check for each in self.exercises for check in each.checks}
+
+    @cached_property
+    def _exercises(self) -> Mapping[str, Exercise]:
+        return {each.id: each for each in self.exercises}
 
     def needed(self, check: Check) -> frozenset[str]:
         """Return the exercises that a check needs, and those that they depend on, but its own."""

@@ -49,8 +49,11 @@ def _result(begin: Begin) -> BuildResult:
 class _Kit:
     """The libraries of a submission, and a worker for each kind of them."""
 
-    def __init__(self, sized: Mapping[Size, Make], plain: Make, counted: Make) -> None:
+    def __init__(
+        self, sized: Mapping[Size, Make], plain: Make, counted: Make, *, is_mixed: bool = False
+    ) -> None:
         self.stuck: dict[str, Death] = {}
+        self.is_mixed = is_mixed
         self._sized, self._plain, self._counted = sized, plain, counted
         self._cores: dict[str, Core] = {}
         self._workers: dict[str, Process] = {}
@@ -210,7 +213,7 @@ class Workshop:
                 return cache(make)
 
             sized = {size: mix(partial(self._sized, size)) for size in self._drawn}
-            kit = _Kit(sized, mix(self._plain), mix(self._counted))
+            kit = _Kit(sized, mix(self._plain), mix(self._counted), is_mixed=True)
             with contextlib.closing(kit):
                 from grader.judge import Student
 

@@ -133,6 +133,8 @@ def _start(folder: Path) -> _Worker:
             cwd=ROOT,
             env={
                 **os.environ,
+                # Compilers are waited for in threads; each would keep memory of its own.
+                "MALLOC_ARENA_MAX": "1",
                 "OPENBLAS_NUM_THREADS": "1",
                 "PYTHONPATH": str(ROOT),
                 "TMPDIR": str(temporary),

@@ -17,8 +17,9 @@ import hashlib
 import json
 import os
 import shutil
+import sys
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -104,7 +105,7 @@ class Desk:
     def known(self, name: str) -> Known | None:
         """Return what is kept of a submission; None when it was never graded, or cannot be read."""
         try:
-            state = json.loads(self._state(name).read_text(encoding="utf-8"))
+            state = _load(self._state(name).read_bytes())
             done = hashlib.sha256((self.folder(name) / "results.json").read_bytes()).hexdigest()
             fresh = done == state["results"] and (self.folder(name) / "report.html").is_file()
             return Known(state["parts"], state["summary"], state["seconds"], state["cpu"], fresh)
@@ -115,7 +116,7 @@ class Desk:
         """Write a student's folder, then its state. Raises BatchError."""
         self.verify()
         content = bundle.files["results.json"]
-        summary = summarised(json.loads(content))
+        summary = summarised(_load(content))
         with self.writing(self.folder(bundle.name)):
             part = Path(tempfile.mkdtemp(dir=self.work))
             for name, data in bundle.files.items():
@@ -161,6 +162,18 @@ def is_batch(out: Path) -> bool:
         return bool(content["schema"] == SCHEMA)
     except (OSError, ValueError, KeyError, TypeError):
         return False
+
+
+def _load(content: bytes) -> Any:
+    """Return what JSON says, with each text there once: all results name the same checks."""
+    return json.loads(content, object_pairs_hook=_shared)
+
+
+def _shared(pairs: Sequence[tuple[str, Any]]) -> dict[str, Any]:
+    return {
+        sys.intern(key): sys.intern(value) if isinstance(value, str) else value
+        for key, value in pairs
+    }
 
 
 def summarised(content: Row) -> dict[str, Any]:

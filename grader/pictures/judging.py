@@ -46,6 +46,7 @@ class _Case:
     error: Floats
     measures: Measures
     only: Mask | None
+    shown: bool
 
 
 def check_picture(student: Student, scene: int, stage: str, *only: str) -> None:
@@ -56,7 +57,7 @@ def check_picture(student: Student, scene: int, stage: str, *only: str) -> None:
     picture = Picture(scene, stage)
     texels = stored.read_texels(student.folder) if scene in PATTERNED else None
     got = student.picture(scene, texels, **picture.options)
-    found = judge(student.folder, picture, got, only)
+    found = judge(student.folder, picture, got, only, shown=not student.waits)
     student.testimony.look_at(picture.name, found.suspects)
     if found.remark:
         student.remarks.append(found.remark)
@@ -73,10 +74,13 @@ def _spot(picture: Picture, got: Image, pixel: Pixel) -> Spot:
     return Spot(picture.name, i, j, (r, g, b))
 
 
-def judge(folder: Path, picture: Picture, got: Image, only: Sequence[str] = ()) -> Judgement:
+def judge(
+    folder: Path, picture: Picture, got: Image, only: Sequence[str] = (), *, shown: bool = True
+) -> Judgement:
     """Judge a picture of shape (180, 320, 3), row 0 at the bottom, as the submission left it.
 
-    `folder` is that of the expected data; `only` names the things that count. Raises ExpectedError.
+    `folder` is that of the expected data; `only` names the things that count. What takes long of a
+    wrong picture (images, pixels, suspects) is made when it will be `shown`. Raises ExpectedError.
     """
     expected = stored.read(folder, picture)
     size = expected.envelope.calm.shape
@@ -87,18 +91,18 @@ def judge(folder: Path, picture: Picture, got: Image, only: Sequence[str] = ()) 
         }
         return Judgement(Verdict("picture.size", dict(values)), share=0.0)
     if broken := whole.not_finite(got):
-        return _broken(folder, picture, got, broken)
+        return _broken(folder, picture, got, broken, shown)
     mask = _counted(folder, picture, only)
     error = _outside(got, expected, mask)
     measures = measure(got, expected.envelope, error)
     if measures.exceeds(expected.limits) <= 1:
         return Judgement()
-    case = _Case(folder, expected, got, error, measures, mask)
+    case = _Case(folder, expected, got, error, measures, mask, shown)
     if whole.is_plain(got):
         found = Judgement(whole.plain(got), share=0.0, images=_images(case))
     else:
         found = _in_another_reading(case) or _wrong(case)
-    if not found.complaint:
+    if not (found.complaint and shown):
         return found
     known = suspects.suspects(folder, expected, got, mask)
     return replace(found, pixels=worst_pixels(error, expected.envelope), suspects=known)
@@ -167,6 +171,8 @@ def _lacking(case: _Case) -> str:
 
 
 def _images(case: _Case) -> Mapping[str, bytes]:
+    if not case.shown:
+        return {}
     expected = stored.read_png(case.folder, case.expected.picture)
     _, worst = worst_tile(np.rint(case.error / LEVEL).astype(np.int32))
     return views.images(case.got, expected, case.error, worst)
@@ -218,8 +224,12 @@ def _stage_before(case: _Case) -> Image:
     return np.broadcast_to(np.array([0.2, 0.2, 0.6], np.float32), case.got.shape)
 
 
-def _broken(folder: Path, picture: Picture, got: Image, complaint: Verdict) -> Judgement:
+def _broken(
+    folder: Path, picture: Picture, got: Image, complaint: Verdict, shown: bool
+) -> Judgement:
     """Judge a picture that has something else than numbers: its first such pixel is the worst."""
+    if not shown:
+        return Judgement(complaint, share=0.0)
     expected = stored.read_png(folder, picture)
     broken = np.zeros(got.shape[:2], np.float32)
     broken[~np.isfinite(got).all(axis=2)] = 1

@@ -73,6 +73,7 @@ def test_without_the_reference_what_depends_on_it_waits(
         if each.exercise != exercise and each.outcome.value != "passed":
             assert exercise in RULES.needed(RULES.checks()[each.id]), each.id
             assert each.outcome.value in ("blocked", "todo"), each.id
+            assert not each.images, each.id  # which nobody would be shown
             assert exercise in each.note or each.outcome.value == "todo", each.note
 
 
@@ -147,6 +148,7 @@ def test_a_second_mistake_earns_no_part_of_a_picture(cache: Path) -> None:
     found = judge(files, cache, keyword="intersect_scene or pixel_color or smooth_4")
     assert found[NEAREST].outcome.value == "failed"
     assert found["tp5.scene.smooth_4"].points == 0
+    assert found["tp5.scene.smooth_4"].images
 
 
 def test_what_trace_ray_swaps_does_not_mend_the_odds_of_glass(cache: Path) -> None:

@@ -51,7 +51,7 @@ def test_the_reference_has_every_point(grade: Grade) -> None:
 
 
 def test_the_skeleton_has_none_and_a_calm_list(grade: Grade, tmp_path: Path) -> None:
-    """Untouched, all is to do: no point, no failure, no question, exit code 0."""
+    """Untouched, all is to do: no point, no failure, no question, no picture, exit code 0."""
     folder = tmp_path / "core_c"
     folder.mkdir()
     arguments = ["--reference", str(ROOT / "reference"), "--out", str(folder)]
@@ -60,6 +60,7 @@ def test_the_skeleton_has_none_and_a_calm_list(grade: Grade, tmp_path: Path) -> 
     assert (done.code, done.err) == (0, "")
     assert (done.results["score"], done.results["bonus"]) == (0, 0)
     assert {each["outcome"] for each in done.results["checks"]} == {"todo"}
+    assert not any(each["images"] for each in done.results["checks"])
     assert "TP2 - Rayons lumineux et objets : à venir, 30 points" in done.out
     assert "Tout est encore à écrire" in done.out
     assert "Prochaine étape : TP1.1, la fonction fill_red dans main.c" in done.out

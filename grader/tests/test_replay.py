@@ -154,6 +154,7 @@ class Renderer:
 
     def __init__(self, core: Core) -> None:
         self.stuck: dict[str, Death] = {}
+        self.is_mixed = False
         self._core = core
 
     def renderer(self) -> Core:

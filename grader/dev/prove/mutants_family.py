@@ -42,6 +42,7 @@ class Kit:
 
     def __init__(self, submission: Submission, cache: Path, selects: bool = False) -> None:
         self.stuck: dict[str, Death] = {}
+        self.is_mixed = False
         self.number = 0
         self._cache, self._selects = cache, selects
         self._stack = contextlib.ExitStack()

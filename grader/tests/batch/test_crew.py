@@ -16,6 +16,7 @@ from grader.batch import bundle, cluster, crew
 from grader.batch.bundle import Place
 from grader.batch.records import BatchError, Settings, Task
 from grader.manifest import ROOT
+from grader.tests.student import STUDENT_MAIN, main_c
 
 AROUND = {"missing": (), "refused": (), "sources": (), "changed": (), "converted": ()}
 START_SECONDS = 60
@@ -75,6 +76,35 @@ def test_a_fault_of_the_grader_is_a_failure(
     graded = bundle.grade(task, Place(tmp_path))
     assert (graded.failure, dict(graded.files)) == ("RuntimeError: a bug", {})
     assert list(tmp_path.iterdir()) == []
+
+
+FREED = """
+import gc, sys
+from pathlib import Path
+from grader.batch.bundle import Place, grade
+from grader.tests.batch import test_crew
+place, counts = Place(Path(sys.argv[1])), []
+for task in test_crew.first_tps(4):
+    assert not grade(task, place).failure
+    gc.collect()
+    counts.append(len(gc.get_objects()))
+print(counts[-1] - counts[1])
+"""
+
+
+def first_tps(count: int) -> Iterator[Task]:
+    """Yield submissions that are judged, no two of them the same."""
+    for number in range(count):
+        files = {"main.c": f"{main_c(STUDENT_MAIN)}/* {number} */\n".encode()}
+        files["raytracer.h"] = b'#include "exercises.h"\n'
+        yield Task(f"S{number}", "S", files, AROUND, Settings("fr", "portable"))
+
+
+def test_a_worker_keeps_nothing_of_a_submission(tmp_path: Path) -> None:
+    """However many it grades: Python has no more objects after the fourth than after the second."""
+    command = [sys.executable, "-c", FREED, str(tmp_path)]
+    more = subprocess.check_output(command, cwd=ROOT, text=True, timeout=300)
+    assert int(more) < 20
 
 
 def test_a_full_disk_is_no_mistake_of_the_student(

@@ -11,7 +11,7 @@ import pytest
 
 from grader import cli
 from grader.batch import desk as desks
-from grader.batch.desk import Desk
+from grader.batch.desk import Desk, Known
 from grader.batch.records import BatchError, Bundle
 from grader.isolation import bubble
 
@@ -53,6 +53,20 @@ def test_an_incomplete_result_is_shown_and_not_kept(tmp_path: Path) -> None:
         desk.save(bundle(incomplete=True), PARTS)
         assert (desk.folder("ada") / "report.html").exists()
         assert desk.known("ada") is None
+
+
+def test_a_class_takes_little_memory(tmp_path: Path) -> None:
+    """All results name the same checks: what is kept of each has no names of its own."""
+    rows = [{"id": f"T.{k}", "outcome": "passed", "mistakes": []} for k in range(2)]
+    content = json.dumps({**RESULTS, "checks": rows}).encode()
+    with Desk(tmp_path / "out") as desk:
+        kept: list[Known | None] = []
+        for name in ("ada", "grace"):
+            files = {"results.json": content, "report.html": b"<p>"}
+            kept += [desk.save(Bundle(name, files), PARTS), desk.known(name)]
+    checks = [each.summary["checks"] for each in kept if each]
+    assert len({id(text) for each in checks for text in (*each, *each.values())}) == 3
+    assert len(checks) == 4
 
 
 def refusal(out: Path) -> str:
