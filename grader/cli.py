@@ -113,7 +113,7 @@ def _verify_answers(folder: Path) -> None:
     try:
         expected.read_manifest(folder)
     except expected.ExpectedError as error:
-        raise UsageError("usage.bad_expected", error=error) from error
+        raise UsageError("usage.bad_expected", path=error.path) from error
 
 
 def _parser(texts: Texts) -> Parser:

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from grader import testimony
-from grader.expected import CURE, ExpectedError, read_manifest
+from grader.expected import ExpectedError, read_manifest
 from grader.manifest import Manifest
 from grader.npz import Arrays, archived
 from grader.pictures.suspects import shown_in
@@ -228,7 +228,7 @@ def _read(path: Path, digest: str) -> Mapping[str, Known]:
         index = json.loads(arrays["index"].tobytes())
         return _unpacked(index, arrays["cases"].astype(np.int64), arrays["values"])
     except (OSError, ValueError, KeyError) as error:
-        raise ExpectedError(f"{path}: {error}; {CURE}") from error
+        raise ExpectedError(path, error) from error
 
 
 def _unpacked(index: Mapping[str, Any], cases: Array, values: Array) -> dict[str, Known]:

@@ -44,7 +44,15 @@ COUNTS = {"scene": "object_count", "lights": "num_lights"}
 
 
 class ExpectedError(Exception):
-    """The expected data cannot be read: the grader's fault, not the submission's."""
+    """A file of the expected data cannot be read: the grader's fault, not the submission's.
+
+    As a string it tells the file, what is wrong with it, and the cure.
+    """
+
+    def __init__(self, path: Path, error: object) -> None:
+        cure = "put the original folder back, or make it again: make expected"
+        super().__init__(f"{path}: {error}; {cure}")
+        self.path = path
 
 
 @dataclass(frozen=True)
@@ -137,7 +145,7 @@ def read_manifest(folder: Path) -> dict[str, Any]:
         if not isinstance(content["files"], dict):
             raise TypeError("files")
     except (OSError, ValueError, KeyError, TypeError) as error:
-        raise ExpectedError(f"{path}: {error}; {CURE}") from error
+        raise ExpectedError(path, error) from error
     return dict(content)
 
 
@@ -148,7 +156,7 @@ def read(folder: Path, suite: str, core: Core) -> list[Batch]:
     try:
         return _batches(arrays_of(path, rules), core, float(rules["tolerance"]))
     except (ValueError, KeyError) as error:
-        raise ExpectedError(f"{path}: {error}; {CURE}") from error
+        raise ExpectedError(path, error) from error
 
 
 def rules_of(path: Path) -> Mapping[str, Any]:
@@ -157,7 +165,7 @@ def rules_of(path: Path) -> Mapping[str, Any]:
         written = path.with_name("manifest.json").stat().st_mtime_ns
         return dict(_manifest(path.parent, written)["files"][path.name])
     except (OSError, KeyError) as error:
-        raise ExpectedError(f"{path}: {error}; {CURE}") from error
+        raise ExpectedError(path, error) from error
 
 
 @lru_cache(maxsize=8)
@@ -173,7 +181,7 @@ def content_of(path: Path, rules: Mapping[str, Any]) -> bytes:
         if hashlib.sha256(content).hexdigest() != rules["sha256"]:
             raise ValueError("it is not what manifest.json says")
     except (OSError, KeyError, ValueError) as error:
-        raise ExpectedError(f"{path}: {error}; {CURE}") from error
+        raise ExpectedError(path, error) from error
     return content
 
 
@@ -182,10 +190,7 @@ def arrays_of(path: Path, rules: Mapping[str, Any]) -> Arrays:
     try:
         return Arrays(content_of(path, rules))
     except ValueError as error:
-        raise ExpectedError(f"{path}: {error}; {CURE}") from error
-
-
-CURE = "put the original folder back, or make it again: make expected"
+        raise ExpectedError(path, error) from error
 
 
 def _plain(value: Array) -> Array:

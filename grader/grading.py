@@ -24,7 +24,7 @@ _DONE_WRONG = (Outcome.FAILED, Outcome.CRASHED, Outcome.TIMEOUT)
 # The function was never judged: its question would lead astray.
 _BESIDE = (
     *("failure.missing", "failure.not_built", "failure.not_linked", "failure.unreadable"),
-    *("failure.error", "death.missing_symbol"),
+    *("failure.error", "failure.expected", "death.missing_symbol"),
 )
 
 

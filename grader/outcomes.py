@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from grader import deaths
+from grader.expected import ExpectedError
 from grader.judge import Fatal, Wrong
 from grader.process import Died, Missing
 from grader.records import Cause, Death, Outcome, Verdict
@@ -23,6 +24,8 @@ def outcome_of(error: BaseException | None) -> tuple[Outcome, Verdict | None, st
         return Outcome.FAILED, Verdict("failure.missing", {"name": error.name}), ""
     if isinstance(error, NotBuilt):
         return Outcome.FAILED, error.verdict, ""
+    if isinstance(error, ExpectedError):
+        return Outcome.ERROR, Verdict("failure.expected", {"name": error.path.name}), ""
     detail = f"{type(error).__name__}: {error}".splitlines()[0][:300]
     return Outcome.ERROR, Verdict("failure.error", {"detail": detail}), ""
 

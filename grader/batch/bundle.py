@@ -16,7 +16,7 @@ from functools import cache
 from pathlib import Path
 
 from grader import expected, manifest, originals, page, report, substitute
-from grader.batch import gallery
+from grader.batch import gallery, temporary
 from grader.batch.records import Bundle, Settings, Task
 from grader.evaluation import report_of
 from grader.isolation.levels import IsolationError, Level, using
@@ -55,23 +55,18 @@ class Place:
 @cache
 def _own_place() -> Place:
     """Return a place that lasts as long as the process: on a machine of a cluster."""
-    folder = tempfile.TemporaryDirectory(prefix="mrt-batch-")
-    return Place(_keep(folder))
-
-
-_folders: list[tempfile.TemporaryDirectory[str]] = []
-
-
-def _keep(folder: tempfile.TemporaryDirectory[str]) -> Path:
-    _folders.append(folder)
-    return Path(folder.name)
+    place = Place(temporary.own_folder() / "builds")
+    place.folder.mkdir()
+    return place
 
 
 def grade(task: Task, place: Place | None = None) -> Bundle:
     """Grade a submission. Never raises: what goes wrong is the bundle's `failure`."""
-    with _ONE:
+    with _ONE, contextlib.ExitStack() as stack:
         start, cpu = time.monotonic(), cpu_seconds()
         where = place or _own_place()
+        if place is None:
+            stack.enter_context(temporary.files_in(where.folder.parent))
         try:
             _verify_room(where)
             bundle = _graded(task, where)

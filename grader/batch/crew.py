@@ -9,7 +9,6 @@ import socket
 import stat
 import subprocess
 import sys
-import tempfile
 import time
 from collections import deque
 from collections.abc import Iterable, Iterator
@@ -17,6 +16,7 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
 
+from grader.batch import temporary
 from grader.batch.records import Bundle, Task
 from grader.manifest import ROOT
 from grader.texts import Texts
@@ -154,9 +154,7 @@ def _temporary(place: Path) -> Path:
     elsewhere when others cannot enter OUT.
     """
     if os.geteuid() == 0 and not all(each.stat().st_mode & stat.S_IXOTH for each in place.parents):
-        folder = Path(tempfile.mkdtemp(prefix="mrt-batch-"))
-        folder.chmod(0o711)
-        return folder
+        return temporary.own_folder()
     folder = place.with_name(f"{place.name}-tmp")
     folder.mkdir()
     return folder

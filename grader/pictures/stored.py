@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image as Pillow
 
-from grader.expected import CURE, Array, ExpectedError, arrays_of, content_of, rules_of
+from grader.expected import Array, ExpectedError, arrays_of, content_of, rules_of
 from grader.npz import Arrays
 from grader.pictures.measure import Band, Envelope, Floats, Limits
 from grader.pictures.plan import Picture
@@ -62,7 +62,7 @@ def read(folder: Path, picture: Picture) -> Expected:
         )
         return Expected(picture, envelope, limits)
     except (KeyError, TypeError, ValueError) as error:
-        raise ExpectedError(f"{path}: {error}; {CURE}") from error
+        raise ExpectedError(path, error) from error
 
 
 def read_png(folder: Path, picture: Picture) -> Image:

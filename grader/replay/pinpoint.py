@@ -81,7 +81,7 @@ def _fault(probe: Probe, spot: Spot, folder: Path) -> Fault | None:
     """Return the first wrong value of a pixel. Raises Died, ExpectedError."""
     expected = wanted(folder, probe.number, probe.size, spot.i, spot.j)
     if expected is None:
-        raise ExpectedError("no maps")
+        raise ExpectedError(folder, "no maps")
     drawn = np.array(spot.color, np.float32)
     root = probe.replay(spot.i, spot.j)
     return first(Case(probe, (spot.i, spot.j), root, expected, drawn, folder))

@@ -90,7 +90,7 @@ STAGES = [
     ["terminal"],
     ["evaluation"],
     ["batch", "batch.records"],
-    ["batch.gallery"],
+    ["batch.gallery", "batch.temporary"],
     ["batch.unpacking", "batch.sheets", "batch.bundle", "batch.members", "batch.progress"],
     ["batch.finding", "batch.worker", "batch.crew", "batch.cluster", "batch.desk"],
     ["batch.reading", "batch.manual", "batch.marks", "batch.moodle", "batch.grades", "batch.purge"],

@@ -181,7 +181,7 @@ def test_a_function_that_was_not_judged_gets_no_question() -> None:
 def run(
     cache: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> Callable[..., tuple[int, dict[str, Any], str]]:
-    """Return a function that grades one exercise of a folder, with further options."""
+    """Return a function that grades one exercise of a folder, with further options (-k: others)."""
 
     def grade(folder: Path, *words: str) -> tuple[int, dict[str, Any], str]:
         build = tmp_path / "build"
@@ -234,8 +234,24 @@ def test_a_folder_without_expected_data_is_wrong_use(
     """One line, before anything is run."""
     code, content, said = run(submission(), "--expected", str(tmp_path))
     assert (code, content) == (cli.WRONG_USE, {})
-    assert said.startswith("The expected data cannot be read")
+    assert said.startswith(f"{tmp_path / 'manifest.json'}: this file of expected data cannot be")
     assert said.count("\n") == 1
+
+
+def test_a_damaged_file_of_expected_data_is_told_by_its_name(
+    run: Callable[..., tuple[int, dict[str, Any], str]], submission: Write, tmp_path: Path
+) -> None:
+    """And by the cure: never as a zero, nor with a path of this machine."""
+    copy = Path(shutil.copytree(manifest.EXPECTED, tmp_path / "expected"))
+    (copy / "camera_ray.anywhere.npz").write_bytes(b"odd")
+    words = ("--expected", str(copy), "-k", "camera_ray_anywhere")
+    code, content, said = run(submission(), *words)
+    assert (code, content["incomplete"]) == (cli.FAILED, True)
+    (check,) = (each for each in content["checks"] if each["outcome"] == "error")
+    assert check["message"].startswith("This check could not be made: the file camera_ray.anywhere")
+    assert "put the original folder back, reference/expected." in check["message"]
+    assert check["hint"] == ""
+    assert str(tmp_path) not in check["message"]
 
 
 def test_the_course_can_be_set_up(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import re
 import signal
@@ -12,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from grader.batch import bundle, cluster, crew
+from grader.batch import bundle, cluster, crew, temporary
 from grader.batch.bundle import Place
 from grader.batch.records import BatchError, Settings, Task
 from grader.manifest import ROOT
@@ -118,6 +119,43 @@ def test_a_full_disk_is_no_mistake_of_the_student(
     assert dict(graded.files) == {}
 
 
+OWNER = """
+import sys, time
+from grader.batch import temporary
+print(temporary.own_folder(), flush=True)
+time.sleep(float(sys.argv[1]))
+"""
+
+
+@contextlib.contextmanager
+def owner(folder: Path, seconds: int) -> Iterator[tuple[subprocess.Popen[str], Path]]:
+    """Start a process that has a folder of temporary files there; yield both."""
+    command = [sys.executable, "-c", OWNER, str(seconds)]
+    environment = {**os.environ, "TMPDIR": str(folder)}
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, cwd=ROOT, env=environment, stdout=pipe, text=True) as process:
+        assert process.stdout is not None
+        try:
+            yield process, Path(process.stdout.readline().strip())
+        finally:
+            process.kill()
+
+
+def test_what_a_killed_process_left_is_removed_by_the_next(tmp_path: Path) -> None:
+    """And nothing else: not the folder of one that lives, nor one that is not known to be ours."""
+    (tmp_path / f"{temporary.PREFIX}unknown").mkdir()
+    (tmp_path / f"{temporary.PREFIX}link").symlink_to(tmp_path)
+    kept = {each.name for each in tmp_path.iterdir()}
+    with owner(tmp_path, 60) as (_, living):
+        with owner(tmp_path, 60) as (_, left):
+            (left / "builds").mkdir()
+        assert (left / "builds").is_dir()
+        with owner(tmp_path, 0) as (process, own):
+            assert process.wait(60) == 0
+        assert {each.name for each in tmp_path.iterdir()} == {*kept, living.name}
+    assert own != left
+
+
 # ---- Dask ---------------------------------------------------------------------------------------
 
 
@@ -141,23 +179,26 @@ def scheduler() -> Iterator[str]:
     process.wait(START_SECONDS)
 
 
-def worker(address: str) -> subprocess.Popen[bytes]:
-    """Start a real worker, as the instructors' page says."""
+def worker(address: str, folder: Path) -> subprocess.Popen[bytes]:
+    """Start a real worker, as the instructors' page says; `folder` is for its temporary files."""
     command = [sys.executable, "-m", "distributed.cli.dask_worker", address]
     options = ["--nthreads", "1", "--no-dashboard", "--no-nanny"]
     return subprocess.Popen(
         [*command, *options],
         cwd=ROOT,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        env={**os.environ, "PYTHONPATH": str(ROOT), "TMPDIR": str(folder)},
         stderr=subprocess.DEVNULL,
         stdout=subprocess.DEVNULL,
     )
 
 
 @pytest.mark.filterwarnings("ignore")  # distributed's own, on shutdown
-def test_a_dask_worker_that_dies_is_replaced_by_another(scheduler: str) -> None:
-    """All of the submissions come back, each once; as from the local workers."""
-    workers = [worker(scheduler), worker(scheduler)]
+def test_a_dask_worker_that_dies_is_replaced_by_another(scheduler: str, tmp_path: Path) -> None:
+    """All of the submissions come back, each once; as from the local workers.
+
+    What it leaves is where the next one finds it.
+    """
+    workers = [worker(scheduler, tmp_path), worker(scheduler, tmp_path)]
     try:
         names = []
         for graded in cluster.run(tasks(5), scheduler):
@@ -170,6 +211,12 @@ def test_a_dask_worker_that_dies_is_replaced_by_another(scheduler: str) -> None:
         for each in workers:
             each.kill()
             each.wait(START_SECONDS)
+    assert {each.name[: len(temporary.PREFIX)] for each in tmp_path.glob("mrt-*")} == {
+        temporary.PREFIX
+    }
+    with owner(tmp_path, 0) as (process, _):
+        assert process.wait(60) == 0
+    assert not list(tmp_path.glob("mrt-*"))
 
 
 def test_a_scheduler_that_is_not_there_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
