@@ -245,7 +245,7 @@ def test_a_damaged_file_of_expected_data_is_told_by_its_name(
     copy = Path(shutil.copytree(manifest.EXPECTED, tmp_path / "expected"))
     (copy / "camera_ray.anywhere.npz").write_bytes(b"odd")
     words = ("--expected", str(copy), "-k", "camera_ray_anywhere")
-    code, content, said = run(submission(), *words)
+    code, content, _ = run(submission(), *words)
     assert (code, content["incomplete"]) == (cli.FAILED, True)
     (check,) = (each for each in content["checks"] if each["outcome"] == "error")
     assert check["message"].startswith("This check could not be made: the file camera_ray.anywhere")
