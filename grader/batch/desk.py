@@ -19,9 +19,9 @@ import os
 import shutil
 import sys
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import IO, Any
 
@@ -105,18 +105,19 @@ class Desk:
     def known(self, name: str) -> Known | None:
         """Return what is kept of a submission; None when it was never graded, or cannot be read."""
         try:
-            state = _load(self._state(name).read_bytes())
+            state = json.loads(self._state(name).read_text(encoding="utf-8"))
+            summary = shared(state["summary"])
             done = hashlib.sha256((self.folder(name) / "results.json").read_bytes()).hexdigest()
             fresh = done == state["results"] and (self.folder(name) / "report.html").is_file()
-            return Known(state["parts"], state["summary"], state["seconds"], state["cpu"], fresh)
-        except (OSError, ValueError, KeyError, TypeError):
+            return Known(state["parts"], summary, state["seconds"], state["cpu"], fresh)
+        except (OSError, ValueError, KeyError, TypeError, AttributeError):
             return None
 
     def save(self, bundle: Bundle, parts: Mapping[str, str]) -> Known:
         """Write a student's folder, then its state. Raises BatchError."""
         self.verify()
         content = bundle.files["results.json"]
-        summary = summarised(_load(content))
+        summary = summarised(json.loads(content))
         with self.writing(self.folder(bundle.name)):
             part = Path(tempfile.mkdtemp(dir=self.work))
             for name, data in bundle.files.items():
@@ -133,7 +134,7 @@ class Desk:
             }
             if not bundle.incomplete:  # what could not be judged is not kept: it is tried again
                 write(self._state(bundle.name), state)
-        return Known(parts, summary, bundle.seconds, bundle.cpu, fresh=True)
+        return Known(parts, shared(summary), bundle.seconds, bundle.cpu, fresh=True)
 
     def _replace(self, part: Path, place: Path) -> None:
         if place.exists():
@@ -164,18 +165,6 @@ def is_batch(out: Path) -> bool:
         return False
 
 
-def _load(content: bytes) -> Any:
-    """Return what JSON says, with each text there once: all results name the same checks."""
-    return json.loads(content, object_pairs_hook=_shared)
-
-
-def _shared(pairs: Sequence[tuple[str, Any]]) -> dict[str, Any]:
-    return {
-        sys.intern(key): sys.intern(value) if isinstance(value, str) else value
-        for key, value in pairs
-    }
-
-
 def summarised(content: Row) -> dict[str, Any]:
     """Return what marks and the class page need of results.json: little, since classes are big."""
     kept = ("score", "max_score", "bonus", "max_bonus", "incomplete", "tps")
@@ -189,6 +178,21 @@ def summarised(content: Row) -> dict[str, Any]:
         "checks": {each["id"]: each["outcome"] for each in content["checks"]},
         "mistakes": sorted({name for each in content["checks"] for name in each["mistakes"]}),
     }
+
+
+def shared(summary: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a summary whose texts and rows are kept once for all: most are everybody's."""
+    checks, exercises = summary["checks"], summary["exercises"]
+    return {
+        **summary,
+        "checks": {sys.intern(key): sys.intern(value) for key, value in checks.items()},
+        "exercises": {sys.intern(key): _row(*value) for key, value in exercises.items()},
+    }
+
+
+@lru_cache(maxsize=None, typed=True)
+def _row(*values: object) -> tuple[object, ...]:
+    return values
 
 
 def parts_of(task: Task) -> dict[str, str]:

@@ -56,9 +56,11 @@ def test_an_incomplete_result_is_shown_and_not_kept(tmp_path: Path) -> None:
 
 
 def test_a_class_takes_little_memory(tmp_path: Path) -> None:
-    """All results name the same checks: what is kept of each has no names of its own."""
+    """All results name the same checks: what is kept of each has no names and rows of its own."""
     rows = [{"id": f"T.{k}", "outcome": "passed", "mistakes": []} for k in range(2)]
-    content = json.dumps({**RESULTS, "checks": rows}).encode()
+    points = {"points": 1.5, "max_points": 2.0}
+    exercises = [{"id": f"T{k}", "outcome": "failed", **points} for k in range(2)]
+    content = json.dumps({**RESULTS, "checks": rows, "exercises": exercises}).encode()
     with Desk(tmp_path / "out") as desk:
         kept: list[Known | None] = []
         for name in ("ada", "grace"):
@@ -67,6 +69,9 @@ def test_a_class_takes_little_memory(tmp_path: Path) -> None:
     checks = [each.summary["checks"] for each in kept if each]
     assert len({id(text) for each in checks for text in (*each, *each.values())}) == 3
     assert len(checks) == 4
+    earned = [each.summary["exercises"] for each in kept if each]
+    assert len({id(value) for each in earned for value in (*each, *each.values())}) == 3
+    assert earned[0] == {"T0": ("failed", 1.5, 2.0), "T1": ("failed", 1.5, 2.0)}
 
 
 def refusal(out: Path) -> str:
