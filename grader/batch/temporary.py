@@ -14,11 +14,9 @@ import stat
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
-from typing import IO
 
 PREFIX = "mrt-batch-"
 _LOCK = ".lock"
-_locks: list[IO[str]] = []  # held as long as the process lives
 
 
 def own_folder() -> Path:
@@ -31,8 +29,7 @@ def own_folder() -> Path:
     folder = Path(tempfile.mkdtemp(prefix=PREFIX))
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     part = folder / f"{_LOCK}.part"
-    lock = part.open("w", encoding="ascii")
-    _locks.append(lock)
+    lock = os.open(part, os.O_WRONLY | os.O_CREAT, 0o600)  # open as long as the process lives
     with contextlib.suppress(OSError):  # no locks on that file system: nobody else removes it
         fcntl.flock(lock, fcntl.LOCK_EX)
         part.rename(folder / _LOCK)  # nobody ever finds it without its lock
