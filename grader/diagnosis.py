@@ -21,9 +21,9 @@ from typing import Any
 import numpy as np
 
 from grader import testimony
-from grader.expected import ExpectedError, read_manifest
+from grader.expected import ExpectedError, arrays_of, read_manifest
 from grader.manifest import Manifest
-from grader.npz import Arrays, archived
+from grader.npz import archived
 from grader.pictures.suspects import shown_in
 from grader.records import Finding, Outcome
 from grader.testimony import Array, Part
@@ -221,13 +221,10 @@ def read(folder: Path) -> dict[str, Known]:
 @cache
 def _read(path: Path, digest: str) -> Mapping[str, Known]:
     try:
-        content = path.read_bytes()
-        if hashlib.sha256(content).hexdigest() != digest:
-            raise ValueError("it is not what manifest.json says")
-        arrays = Arrays(content)
+        arrays = arrays_of(path, {"sha256": digest})
         index = json.loads(arrays["index"].tobytes())
         return _unpacked(index, arrays["cases"].astype(np.int64), arrays["values"])
-    except (OSError, ValueError, KeyError) as error:
+    except (ValueError, KeyError) as error:
         raise ExpectedError(path, error) from error
 
 

@@ -16,8 +16,8 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
 
-from grader.batch import temporary
 from grader.batch.records import Bundle, Task
+from grader.batch.temporary import own_folder
 from grader.manifest import ROOT
 from grader.texts import Texts
 
@@ -154,7 +154,7 @@ def _temporary(place: Path) -> Path:
     elsewhere when others cannot enter OUT.
     """
     if os.geteuid() == 0 and not all(each.stat().st_mode & stat.S_IXOTH for each in place.parents):
-        return temporary.own_folder()
+        return own_folder()
     folder = place.with_name(f"{place.name}-tmp")
     folder.mkdir()
     return folder

@@ -106,7 +106,7 @@ class Desk:
         """Return what is kept of a submission; None when it was never graded, or cannot be read."""
         try:
             state = json.loads(self._state(name).read_text(encoding="utf-8"))
-            summary = shared(state["summary"])
+            summary = _shared(state["summary"])
             done = hashlib.sha256((self.folder(name) / "results.json").read_bytes()).hexdigest()
             fresh = done == state["results"] and (self.folder(name) / "report.html").is_file()
             return Known(state["parts"], summary, state["seconds"], state["cpu"], fresh)
@@ -117,7 +117,7 @@ class Desk:
         """Write a student's folder, then its state. Raises BatchError."""
         self.verify()
         content = bundle.files["results.json"]
-        summary = summarised(json.loads(content))
+        summary = _shared(summarised(json.loads(content)))
         with self.writing(self.folder(bundle.name)):
             part = Path(tempfile.mkdtemp(dir=self.work))
             for name, data in bundle.files.items():
@@ -134,7 +134,7 @@ class Desk:
             }
             if not bundle.incomplete:  # what could not be judged is not kept: it is tried again
                 write(self._state(bundle.name), state)
-        return Known(parts, shared(summary), bundle.seconds, bundle.cpu, fresh=True)
+        return Known(parts, summary, bundle.seconds, bundle.cpu, fresh=True)
 
     def _replace(self, part: Path, place: Path) -> None:
         if place.exists():
@@ -180,7 +180,7 @@ def summarised(content: Row) -> dict[str, Any]:
     }
 
 
-def shared(summary: Mapping[str, Any]) -> dict[str, Any]:
+def _shared(summary: Mapping[str, Any]) -> dict[str, Any]:
     """Return a summary whose texts and rows are kept once for all: most are everybody's."""
     checks, exercises = summary["checks"], summary["exercises"]
     return {

@@ -46,7 +46,6 @@ class _Case:
     error: Floats
     measures: Measures
     only: Mask | None
-    shown: bool
 
 
 def check_picture(student: Student, scene: int, stage: str, *only: str) -> None:
@@ -91,21 +90,23 @@ def judge(
         }
         return Judgement(Verdict("picture.size", dict(values)), share=0.0)
     if broken := whole.not_finite(got):
-        return _broken(folder, picture, got, broken, shown)
+        unseen = Judgement(broken, share=0.0)
+        return _with_first_broken(unseen, folder, picture, got) if shown else unseen
     mask = _counted(folder, picture, only)
     error = _outside(got, expected, mask)
     measures = measure(got, expected.envelope, error)
     if measures.exceeds(expected.limits) <= 1:
         return Judgement()
-    case = _Case(folder, expected, got, error, measures, mask, shown)
+    case = _Case(folder, expected, got, error, measures, mask)
     if whole.is_plain(got):
-        found = Judgement(whole.plain(got), share=0.0, images=_images(case))
+        found = Judgement(whole.plain(got), share=0.0)
     else:
         found = _in_another_reading(case) or _wrong(case)
     if not (found.complaint and shown):
         return found
     known = suspects.suspects(folder, expected, got, mask)
-    return replace(found, pixels=worst_pixels(error, expected.envelope), suspects=known)
+    pixels = worst_pixels(error, expected.envelope)
+    return replace(found, images=_images(case), pixels=pixels, suspects=known)
 
 
 def _counted(folder: Path, picture: Picture, only: Sequence[str]) -> Mask | None:
@@ -146,7 +147,7 @@ def _wrong(case: _Case) -> Judgement:
     picture = case.expected.picture
     if lacking := _lacking(case):
         values: dict[str, object] = {"feature": Verdict(f"feature.{lacking}")}
-        return Judgement(Verdict("picture.without", values), share=0.0, images=_images(case))
+        return Judgement(Verdict("picture.without", values), share=0.0)
     expected = stored.read_png(case.folder, picture)
     maps = read_maps(case.folder, picture.scene)
     found = regions(picture, maps, case.expected.envelope.calm)
@@ -159,7 +160,7 @@ def _wrong(case: _Case) -> Judgement:
     complaint = complaint or _cause(case, expected, wrong, maps, found)
     if complaint.key == whole.UNLIT and "shadows" in STAGES[picture.stage]:
         complaint = Verdict("picture.all_shadow")
-    return Judgement(complaint, share=_share(case, expected, wrong, found), images=_images(case))
+    return Judgement(complaint, share=_share(case, expected, wrong, found))
 
 
 def _lacking(case: _Case) -> str:
@@ -171,8 +172,6 @@ def _lacking(case: _Case) -> str:
 
 
 def _images(case: _Case) -> Mapping[str, bytes]:
-    if not case.shown:
-        return {}
     expected = stored.read_png(case.folder, case.expected.picture)
     _, worst = worst_tile(np.rint(case.error / LEVEL).astype(np.int32))
     return views.images(case.got, expected, case.error, worst)
@@ -224,15 +223,11 @@ def _stage_before(case: _Case) -> Image:
     return np.broadcast_to(np.array([0.2, 0.2, 0.6], np.float32), case.got.shape)
 
 
-def _broken(
-    folder: Path, picture: Picture, got: Image, complaint: Verdict, shown: bool
-) -> Judgement:
-    """Judge a picture that has something else than numbers: its first such pixel is the worst."""
-    if not shown:
-        return Judgement(complaint, share=0.0)
+def _with_first_broken(found: Judgement, folder: Path, picture: Picture, got: Image) -> Judgement:
+    """Show a picture that has something else than numbers: its first such pixel is the worst."""
     expected = stored.read_png(folder, picture)
     broken = np.zeros(got.shape[:2], np.float32)
     broken[~np.isfinite(got).all(axis=2)] = 1
     j, i = map(int, np.argwhere(broken)[0])
     images = views.images(got, expected, broken, (j, i))
-    return Judgement(complaint, share=0.0, images=images, pixels=((i, j),))
+    return replace(found, images=images, pixels=((i, j),))
