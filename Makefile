@@ -1,6 +1,6 @@
 # Every command a person types. `make` alone lists them.
 #
-# Each recipe finds or makes the Python environment that it needs: see grader/environment.sh.
+# Each recipe finds or makes the Python environment that it needs: see grader/setup/environment.sh.
 # Paths here are relative, and values travel by the environment, so that this works from any folder.
 
 .DEFAULT_GOAL := help
@@ -19,8 +19,8 @@ ifneq ($(origin CC),default)
 export CC
 endif
 
-# Sets $python in a recipe: $(call PYTHON_OF,LEVEL), a level of grader/requirements/.
-PYTHON_OF = python=$$(sh grader/environment.sh $(1))
+# Sets $python in a recipe: $(call PYTHON_OF,LEVEL), a level of grader/setup/requirements/.
+PYTHON_OF = python=$$(sh grader/setup/environment.sh $(1))
 
 help: ## cette liste | this list
 	@awk -F ':.*## | [|] ' -v language="$${MRT_LANG:-fr}" \
@@ -32,20 +32,20 @@ grade: ## évalue votre code : TP=1, K=fill, HINT=2, SUBMISSION=dossier | grades
 	    $${EXPECTED:+--expected "$$EXPECTED"} --build "$$BUILD"
 
 mrt: ## compile core_c/mrt : WIDTH=640 HEIGHT=360, SCENE_SIZE=, CC= | builds core_c/mrt: WIDTH=640 HEIGHT=360, SCENE_SIZE=, CC=
-	@sh grader/program.sh mrt
+	@sh grader/setup/program.sh mrt
 
 try: ## compile et lance vos propres tests, core_c/my_tests.c | builds and runs your own tests, core_c/my_tests.c
-	@sh grader/program.sh try
+	@sh grader/setup/program.sh try
 
 doctor: ## ce que cette machine sait faire, et comment compléter | what this machine has, and how to get the rest
-	@$(call PYTHON_OF,python) && "$$python" -m grader.doctor
+	@$(call PYTHON_OF,python) && "$$python" -m grader.setup.doctor
 
 submit: ## prépare l'archive à rendre : FORCE=1, OUT=dossier | makes the archive to hand in: FORCE=1, OUT=folder
 	@$(call PYTHON_OF,grade) && "$$python" -m grader submit --source "$$SUBMISSION" --build "$$BUILD" \
 	    $${OUT:+--out "$$OUT"} $${FORCE:+--force}
 
 update: ## remplace le sujet par une version plus récente, pas vos fichiers : ARCHIVE=nom.zip | a newer workbook around your files: ARCHIVE=name.zip
-	@$(call PYTHON_OF,python) && "$$python" -m grader.update $${FORCE:+--force} $${ARCHIVE:+"$$ARCHIVE"}
+	@$(call PYTHON_OF,python) && "$$python" -m grader.setup.update $${FORCE:+--force} $${ARCHIVE:+"$$ARCHIVE"}
 
 release: ## l'archive à distribuer, sans la solution : OUT=nom.zip | the archive to hand out, without the solution: OUT=name.zip
 	@$(call PYTHON_OF,grade) && "$$python" -m grader release --out "$${OUT:-$$BUILD/miniraytracer.zip}"
@@ -66,26 +66,26 @@ lab: ## ouvre les carnets : TP=2, MRT_LANG=en | opens the notebooks: TP=2
 	@$(call PYTHON_OF,lab) && "$$python" -m grader.lab $${TP:+--tp "$$TP"}
 
 notebooks: ## refait les carnets depuis leurs textes : PICTURES=1 redessine leurs images | makes the notebooks from their texts: PICTURES=1 draws their images again
-	@$(call PYTHON_OF,lab) && "$$python" -m grader.dev.notebooks $${PICTURES:+--pictures}
+	@$(call PYTHON_OF,lab) && "$$python" -m grader.authoring.workbook.notebooks $${PICTURES:+--pictures}
 
 figures: ## les figures du sujet, dans build/figures/ | the handout's figures, in build/figures/
-	@$(call PYTHON_OF,lab) && "$$python" -m grader.dev.figures --build "$$BUILD"
+	@$(call PYTHON_OF,lab) && "$$python" -m grader.authoring.drawings.figures --build "$$BUILD"
 
 expected: ## refait les données attendues : SEED=7 OUT=dossier | makes the expected data again: SEED=7 OUT=folder
-	@$(call PYTHON_OF,grade) && "$$python" -m grader.dev.expected $${SEED:+--seed "$$SEED"} $${OUT:+--out "$$OUT"}
+	@$(call PYTHON_OF,grade) && "$$python" -m grader.authoring.expected.command $${SEED:+--seed "$$SEED"} $${OUT:+--out "$$OUT"}
 
 calibrate: ## règle les limites des images sur des programmes justes | sets the limits of pictures by right programs
-	@$(call PYTHON_OF,grade) && "$$python" -m grader.dev.pictures
+	@$(call PYTHON_OF,grade) && "$$python" -m grader.authoring.expected.pictures
 
 prove: ## prouve que les notes sont justes (long, se reprend) : PART=known, SAMPLE=3, JOBS=2, AGAIN=1 | proves the marks right (long, goes on): PART=known, SAMPLE=3, JOBS=2, AGAIN=1
-	@$(call PYTHON_OF,grade) && "$$python" -m grader.dev.prove --build "$$BUILD" $${PART:+--part "$$PART"} \
+	@$(call PYTHON_OF,grade) && "$$python" -m grader.authoring.proof --build "$$BUILD" $${PART:+--part "$$PART"} \
 	    $${SAMPLE:+--sample "$$SAMPLE"} $${JOBS:+--jobs "$$JOBS"} $${AGAIN:+--again}
 
 skeleton: ## refait les fichiers à compléter depuis reference/ | makes the files to complete from reference/
-	@$(call PYTHON_OF,grade) && "$$python" -m grader.dev.skeleton && "$$python" -m grader.dev.originals
+	@$(call PYTHON_OF,grade) && "$$python" -m grader.authoring.skeleton.skeleton && "$$python" -m grader.authoring.skeleton.originals
 
 # The C that is laid out alike; the submissions of the tests are as wild as they are.
-C_FILES = core_c/*.[ch] notebooks/first_steps/*.c reference/*.[ch] grader/*.c grader/isolation/*.c grader/dev/bench/*.c grader/dev/pictures/*.c grader/tests/program/*.c
+C_FILES = core_c/*.[ch] notebooks/first_steps/*.c reference/*.[ch] grader/build/shim/*.c grader/execution/*.c grader/authoring/bench/*.c grader/authoring/expected/pictures/*.c grader/tests/setup/program/*.c
 format: ## met le C et le Python en forme | lays out the C and the Python
 	@$(call PYTHON_OF,dev) && "$$python" -m ruff check --no-cache --fix-only . && "$$python" -m ruff format --no-cache . && \
 	    "$${python%/*}/clang-format" -i $(C_FILES)
@@ -98,21 +98,21 @@ lint: ## relit le C et le Python | checks the C and the Python
 	    "$${python%/*}/clang-tidy" --quiet core_c/*.c reference/*.c -- -std=gnu11 -Icore_c
 
 test: lint ## tous les tests du projet | every test of the project
-	@$(call PYTHON_OF,dev) && set -x && "$$python" -m grader.dev.skeleton --check && "$$python" -m grader.dev.originals --check && \
-	    "$$python" -m grader.dev.notebooks --check && "$$python" -m pytest
+	@$(call PYTHON_OF,dev) && set -x && "$$python" -m grader.authoring.skeleton.skeleton --check && "$$python" -m grader.authoring.skeleton.originals --check && \
+	    "$$python" -m grader.authoring.workbook.notebooks --check && "$$python" -m pytest
 
 bench: ## les mesures de performance ; d'une classe : CLASS=200, KILLS=10 | the benchmarks; of a class: CLASS=200, KILLS=10
 	@$(call PYTHON_OF,dev) && case "$$CLASS,$$KILLS" in \
-	    ,) "$$python" -m grader.dev.bench --build "$$BUILD" ;; \
-	    ,*) "$$python" -m grader.dev.bench.kills --trials "$$KILLS" --build "$$BUILD" ;; \
-	    *) "$$python" -m grader.dev.bench.batch --size "$$CLASS" --build "$$BUILD" ;; esac
+	    ,) "$$python" -m grader.authoring.bench --build "$$BUILD" ;; \
+	    ,*) "$$python" -m grader.authoring.bench.kills --trials "$$KILLS" --build "$$BUILD" ;; \
+	    *) "$$python" -m grader.authoring.bench.batch --size "$$CLASS" --build "$$BUILD" ;; esac
 
 wheelhouse: ## les paquets pour une salle sans réseau | the packages for a room without a network
-	@sh grader/environment.sh wheelhouse "$$BUILD/wheelhouse"
+	@sh grader/setup/environment.sh wheelhouse "$$BUILD/wheelhouse"
 
 clean: ## efface build/ et core_c/mrt | removes build/ and core_c/mrt
 	@rm -rf build core_c/mrt
 
 # For the tests of this file.
 print-flags:
-	@sh grader/program.sh flags
+	@sh grader/setup/program.sh flags

@@ -11,7 +11,7 @@ import itertools
 from collections.abc import Iterable, Iterator
 from typing import Any
 
-from grader.batch.bundle import grade
+from grader.batch.grade_one import grade
 from grader.batch.records import BatchError, Bundle, Task
 
 CONNECT_SECONDS = 20

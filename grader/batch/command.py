@@ -13,21 +13,23 @@ from pathlib import Path
 
 from rich.console import Console
 
-from grader import course, usage
-from grader.batch import cluster, crew, outputs
-from grader.batch.desk import Desk, Known
-from grader.batch.finding import discover
+from grader.batch import cluster, outputs
+from grader.batch import pool as crew
+from grader.batch.discovery import discover
 from grader.batch.progress import Meter
-from grader.batch.reading import Reading, read_candidate, task_of
 from grader.batch.records import BatchError, Bundle, Graded, Settings, Task
-from grader.course import Course
-from grader.isolation import bubble
-from grader.isolation.canary import CanaryError, prove
-from grader.isolation.levels import IsolationError, Level, using
-from grader.manifest import ManifestError
+from grader.batch.results_folder import Desk, Known
+from grader.batch.tasks import Reading, read_candidate, task_of
+from grader.console import parser as usage
+from grader.console.parser import Parser
+from grader.course import settings as course
+from grader.course.exercises import ManifestError
+from grader.course.settings import Course
+from grader.course.texts import LANGUAGES, Texts
+from grader.execution.canary import CanaryError, prove
 from grader.records import Told
-from grader.texts import LANGUAGES, Texts
-from grader.usage import Parser
+from grader.sandbox import bubblewrap as bubble
+from grader.sandbox.levels import IsolationError, Level, using
 
 DONE, WRONG_USE, FAILED, INTERRUPTED = 0, 2, 3, 130
 _WRONG_USE = {f"batch.{key}" for key in ("no_submissions", "not_moodle", "not_ours", "seen")}

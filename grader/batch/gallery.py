@@ -12,11 +12,10 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from PIL import Image as Pictures
 
-from grader import expected
-from grader.judge import PICTURE_SIZE, Fatal, Wrong
-from grader.process import Died, Missing
-from grader.runner import Array
-from grader.workshop import NotBuilt, Workshop
+from grader.checking.student import PICTURE_SIZE, Fatal, Student, Wrong
+from grader.execution.libraries import NotBuilt, Workshop
+from grader.execution.session import Array
+from grader.execution.worker_process import Died, Missing
 
 FOLDER = "gallery"
 FINAL_SCENE = 4  # that of the handout's figure 8
@@ -34,12 +33,12 @@ def pictures(workshop: Workshop) -> Iterator[tuple[str, bytes]]:
 
 def _drawing(workshop: Workshop) -> Array:
     width, height = PICTURE_SIZE
-    with workshop.student("main.c", expected.FOLDER).canvas(PICTURE_SIZE) as canvas:
+    with Student(workshop.lend("main.c")).canvas(PICTURE_SIZE) as canvas:
         return canvas.draw("draw", np.zeros((height, width, 3), np.float32)).after
 
 
 def _final(workshop: Workshop) -> Array:
-    return workshop.student("raytracer.c", expected.FOLDER).picture(FINAL_SCENE)
+    return Student(workshop.lend("raytracer.c")).picture(FINAL_SCENE)
 
 
 def _png(picture: Array) -> bytes:

@@ -8,9 +8,9 @@ from datetime import datetime, timedelta
 from fractions import Fraction
 from typing import Any
 
-from grader.batch.members import key_of
 from grader.batch.records import BatchError, Graded, Hand, Mark, Member
-from grader.course import Course
+from grader.batch.roster import key_of
+from grader.course.settings import Course
 from grader.records import Verdict
 
 ALL_BONUS = 100.0  # bonus points are counted as parts of the hundred of the whole course

@@ -6,18 +6,21 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from grader.batch import classpage, grades, manual, moodle
-from grader.batch.desk import STUDENTS, Desk
+from grader.batch import class_page as classpage
+from grader.batch import grades_csv as grades
+from grader.batch import manual_marks as manual
+from grader.batch import moodle_worksheet as moodle
 from grader.batch.marks import mark, verify_people
-from grader.batch.members import members
-from grader.batch.moodle import Worksheet
-from grader.batch.reading import Reading
+from grader.batch.moodle_worksheet import Worksheet
 from grader.batch.records import BatchError, Graded, Mark, Member
-from grader.course import Course
+from grader.batch.results_folder import STUDENTS, Desk
+from grader.batch.roster import members
+from grader.batch.tasks import Reading
+from grader.course.settings import Course
+from grader.course.texts import Texts
 from grader.files import write_whole
 from grader.records import Verdict
-from grader.report import write, write_text
-from grader.texts import Texts
+from grader.report.results import write, write_text
 
 MOST_LINES = 30  # of one kind, in the terminal
 

@@ -8,7 +8,7 @@ from typing import Any
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
-from grader.texts import Texts
+from grader.course.texts import Texts
 
 PLAIN_SECONDS = 5.0  # between two plain lines
 

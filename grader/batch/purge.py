@@ -7,9 +7,9 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from grader.batch.desk import NAME, OWN_FILES, OWN_FOLDERS, is_batch
-from grader.texts import Texts, preferred
-from grader.usage import Parser
+from grader.batch.results_folder import NAME, OWN_FILES, OWN_FOLDERS, is_batch
+from grader.console.parser import Parser
+from grader.course.texts import Texts, preferred
 
 DONE, WRONG_USE, FAILED = 0, 2, 3
 

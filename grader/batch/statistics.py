@@ -7,8 +7,8 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from grader import manifest
 from grader.batch.records import Graded, Mark
+from grader.course import exercises as manifest
 from grader.records import Outcome
 
 HARDEST = 10

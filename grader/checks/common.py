@@ -1,7 +1,7 @@
 """What the checks of TP2 to TP5 share.
 
-The inputs and the reference's answers are stored (grader/expected.py); each check makes the calls
-of its suites and looks at one side of the answers.
+The inputs and the reference's answers are stored (checking/expected_data.py); each check makes
+the calls of its suites and looks at one side of the answers.
 """
 
 from __future__ import annotations
@@ -10,11 +10,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from grader.compare import MATERIAL
-from grader.expected import Batch
-from grader.judge import Bench, Fatal, Student, Wrong
+from grader.checking.comparison import MATERIAL
+from grader.checking.expected_data import Batch
+from grader.checking.observations import Testimony
+from grader.checking.student import Bench, Fatal, Student, Wrong
 from grader.records import Verdict
-from grader.testimony import Testimony
 
 LATER = ("shading", "shadows", "reflections", "fresnel", "refraction")  # fields of `options`
 

@@ -9,12 +9,13 @@ from pathlib import Path
 
 import pytest
 
-from grader import expected, manifest
-from grader.intake import read_submission
-from grader.judge import SIZES
-from grader.plugin import GraderPlugin
-from grader.texts import Texts, preferred
-from grader.workshop import Workshop
+from grader.checking import expected_data as expected
+from grader.checking.student import SIZES
+from grader.course import exercises as manifest
+from grader.course.texts import Texts, preferred
+from grader.evaluation.plugin import GraderPlugin
+from grader.execution.libraries import Workshop
+from grader.intake.submission import read_submission
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

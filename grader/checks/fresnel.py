@@ -11,11 +11,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from grader.checking.comparison import far
+from grader.checking.expected_data import Array, Batch
+from grader.checking.observations import Testimony
+from grader.checking.student import Bench, Fatal, Student, Wrong
 from grader.checks.common import check_results, check_stages, with_options
-from grader.compare import far
-from grader.expected import Array, Batch
-from grader.judge import Bench, Fatal, Student, Wrong
-from grader.testimony import Testimony
 
 SHADE = ("shade.diffuse", "shade.lobe", "shade.both", "shade.far_lobe", "shade.back")
 MIRROR = ("mirror_color.sky", "mirror_color.object", "mirror_color.depth")

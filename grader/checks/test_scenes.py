@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from grader.judge import Student
-from grader.pictures.judging import check_picture
+from grader.checking.pictures.judgement import check_picture
+from grader.checking.student import Student
 
 # ---- kd alone: what the rays meet ----------------------------------------------------------------
 

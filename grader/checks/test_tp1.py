@@ -12,10 +12,10 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import pytest
 
-from grader import shapes
-from grader.canvas import ONE_LEVEL, Canvas, shown
-from grader.judge import SIZES, Student, Wrong
-from grader.shapes import Image
+from grader.checking import shapes
+from grader.checking.canvas import ONE_LEVEL, Canvas, shown
+from grader.checking.shapes import Image
+from grader.checking.student import SIZES, Student, Wrong
 
 Point = tuple[float, float, float]
 Box = tuple[float, float, float, float]  # x1, y1, x2, y2: two opposite corners, pixels

@@ -5,18 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from grader.checks.common import (
-    check_answers,
-    check_material,
-    check_refusals,
-    check_stages,
-)
-from grader.compare import far, unit
-from grader.expected import SIZE, Array, Batch
-from grader.judge import Student, Wrong, without_answers
+from grader.checking.comparison import far, unit
+from grader.checking.describe import value
+from grader.checking.expected_data import SIZE, Array, Batch
+from grader.checking.reproducer import Look, of_command
+from grader.checking.student import Student, Wrong, without_answers
+from grader.checks.common import check_answers, check_material, check_refusals, check_stages
 from grader.records import Evidence
-from grader.reproducer import Look, of_command
-from grader.show import value
 
 # A ray of the camera sees at least that far, in whatever units of its direction.
 FAR = 100.0

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from grader.checking.student import Student
 from grader.checks.common import check_answers, check_material, check_refusals
-from grader.judge import Student
 
 # ---- TP2.B1: intersect_cylinder -----------------------------------------------------------------
 

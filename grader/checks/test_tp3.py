@@ -10,10 +10,10 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
+from grader.checking.comparison import far, unit
+from grader.checking.expected_data import Array
+from grader.checking.student import Student, Trial
 from grader.checks.common import check_results
-from grader.compare import far, unit
-from grader.expected import Array
-from grader.judge import Student, Trial
 
 # So near the axis of a sphere, of radius 1, every direction is as good as another.
 POLE = 1e-3

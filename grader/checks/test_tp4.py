@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from grader.bounces import expect_fresh, expect_origin
+from grader.build.target import COUNT
+from grader.checking.comparison import unit
+from grader.checking.describe import number, setting
+from grader.checking.expected_data import Batch
+from grader.checking.ray_origins import expect_fresh, expect_origin
+from grader.checking.student import Bench, Student, Trial, Wrong
 from grader.checks.common import check_results, check_stages
-from grader.compare import unit
-from grader.expected import Batch
-from grader.job import COUNT
-from grader.judge import Bench, Student, Trial, Wrong
-from grader.runner import Address
-from grader.show import number, setting
+from grader.execution.session import Address
 
 # ---- TP4.1: in_shadow ---------------------------------------------------------------------------
 

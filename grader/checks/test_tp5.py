@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from grader.checking.comparison import far
+from grader.checking.describe import setting, value
+from grader.checking.expected_data import SIZE
+from grader.checking.reproducer import Look, of_command
+from grader.checking.student import Student, Wrong
 from grader.checks import fresnel
 from grader.checks.common import check_results
-from grader.compare import far
-from grader.expected import SIZE
-from grader.judge import Student, Wrong
 from grader.records import Evidence
-from grader.reproducer import Look, of_command
-from grader.show import setting, value
 
 # ---- TP5.1: reflectance, fresnel_schlick --------------------------------------------------------
 

@@ -7,13 +7,13 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from grader.bounces import expect_fresh, expect_origin
-from grader.compare import far, unit
-from grader.expected import Array, Batch
-from grader.judge import Bench, Student, Trial, Wrong, without_answers
+from grader.checking.comparison import far, unit
+from grader.checking.describe import call, number, value
+from grader.checking.expected_data import Array, Batch
+from grader.checking.ray_origins import expect_fresh, expect_origin
+from grader.checking.reproducer import Look, of_command
+from grader.checking.student import Bench, Student, Trial, Wrong, without_answers
 from grader.records import Evidence
-from grader.reproducer import Look, of_command
-from grader.show import call, number, value
 
 # A share of draws may be that many standard deviations away from its probability, and a little.
 DEVIATIONS, SLACK = 4.5, 0.01

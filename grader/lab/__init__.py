@@ -15,17 +15,20 @@ code ends the cell with a card, not the notebook.
 
 from __future__ import annotations
 
-from grader.lab import stopped
-from grader.lab.checks import check
-from grader.lab.comparing import compare
-from grader.lab.core import Core
+import importlib
+from types import ModuleType
+
+from grader.lab.bridge.core import Core
+from grader.lab.cells.check import check
+from grader.lab.cells.compare import compare
+from grader.lab.cells.predict import predict, predicted
+from grader.lab.cells.progress import help_card, progress
+from grader.lab.cells.slider import slider
+from grader.lab.cells.source import source
+from grader.lab.display import stopped
+from grader.lab.display.picture import Picture, figure, new_figure, show
+from grader.lab.display.stopped import Stopped
 from grader.lab.inspector import inspect
-from grader.lab.picture import Picture, figure, new_figure, show
-from grader.lab.predictions import predict, predicted
-from grader.lab.sliders import slider
-from grader.lab.sources import source
-from grader.lab.standing import help_card, progress
-from grader.lab.stopped import Stopped
 
 __all__ = [
     "Core",
@@ -45,4 +48,13 @@ __all__ = [
     "source",
 ]
 
+_DRAWINGS = ("tp1", "tp2", "tp3", "tp4", "tp4_octree", "tp5")
+
 stopped.install()
+
+
+def __getattr__(name: str) -> ModuleType:
+    """Return the drawings of a notebook, which are loaded by the notebook that asks for them."""
+    if name in _DRAWINGS:
+        return importlib.import_module(f"grader.lab.drawings.{name}")
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

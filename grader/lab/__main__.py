@@ -13,12 +13,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from grader import manifest
-from grader.lab import store
-from grader.lab.place import graded, outputs
-from grader.lab.words import say
-from grader.manifest import CORE, ROOT
-from grader.texts import preferred
+from grader.course import exercises as manifest
+from grader.course.exercises import CORE, ROOT
+from grader.course.texts import preferred
+from grader.lab.display import store
+from grader.lab.display.links import graded, outputs
+from grader.lab.display.words import say
 
 FIRST = "00"
 SETTINGS: dict[str, dict[str, Any]] = {

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from grader.runner import Core, open_core
-from grader.tests.student import STUDENT_MAIN, main_c
+from grader.execution.session import Core, open_core
+from grader.tests.support.student import STUDENT_MAIN, main_c
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -12,22 +12,22 @@ from __future__ import annotations
 
 from typing import Any
 
-from grader.expected import FOLDER, ExpectedError
-from grader.lab import comparing
-from grader.lab.card import Shown, note, stack
-from grader.lab.complaints import sentence
-from grader.lab.core import EXPECTED_SIZE, Core
+from grader.checking.expected_data import FOLDER, ExpectedError
+from grader.checking.pictures import expected_files as stored
+from grader.checking.pictures.plan import PATTERNED, SCENES, Picture
+from grader.checking.pictures.worst_pixels import worst_pixel
+from grader.checking.shapes import Size
+from grader.lab.bridge.core import EXPECTED_SIZE, Core
+from grader.lab.bridge.scene import Scene
+from grader.lab.cells import compare as comparing
+from grader.lab.display.card import Shown, note, stack
+from grader.lab.display.error_cards import sentence
+from grader.lab.display.links import core_folder
+from grader.lab.display.stopped import Stopped
+from grader.lab.display.vectors import Array
+from grader.lab.display.words import say
 from grader.lab.inspector import rows, space
 from grader.lab.inspector.looking import Looking, Seen
-from grader.lab.place import core_folder
-from grader.lab.scene import Scene
-from grader.lab.stopped import Stopped
-from grader.lab.vectors import Array
-from grader.lab.words import say
-from grader.pictures import stored
-from grader.pictures.plan import PATTERNED, SCENES, Picture
-from grader.pictures.worst import worst_pixel
-from grader.shapes import Size
 
 __all__ = ["Inspection", "inspect", "shown"]
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from grader.lab.card import Shown, code, escape, fold
+from grader.lab.display.card import Shown, code, escape, fold
+from grader.lab.display.stopped import Stopped, display
+from grader.lab.display.words import say
 from grader.lab.inspector import Inspection, inspect
-from grader.lab.stopped import Stopped, display
-from grader.lab.words import say
 from grader.records import Pixel
 
 

@@ -9,25 +9,25 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from grader.expected import FOLDER, ExpectedError, lend_texture
-from grader.lab.card import Shown
-from grader.lab.core import Core
-from grader.lab.engine import Stage, marks
-from grader.lab.picture import Picture, black
-from grader.lab.scene import Scene
-from grader.lab.stopped import Stopped
-from grader.lab.values import SHAPES
-from grader.lab.vectors import Array
-from grader.lab.words import say, texts
-from grader.pictures.plan import THINGS, thing
-from grader.replay.case import Case, Fault
-from grader.replay.faults import first
-from grader.replay.maps import object_map, wanted
-from grader.replay.nodes import SKY
-from grader.replay.probe import Probe
-from grader.runner import Core as Library
-from grader.runner import Session
-from grader.shapes import Size
+from grader.checking.expected_data import FOLDER, ExpectedError, lend_texture
+from grader.checking.pictures.plan import THINGS, thing
+from grader.checking.shapes import Size
+from grader.evaluation.replay.case import Case, Fault
+from grader.evaluation.replay.expected_maps import object_map, wanted
+from grader.evaluation.replay.faults import first
+from grader.evaluation.replay.probe import Probe
+from grader.evaluation.replay.ray_tree import SKY
+from grader.execution.session import Core as Library
+from grader.execution.session import Session
+from grader.lab.bridge.core import Core
+from grader.lab.bridge.engine import Stage, marks
+from grader.lab.bridge.scene import Scene
+from grader.lab.display.card import Shown
+from grader.lab.display.picture import Picture, black
+from grader.lab.display.stopped import Stopped
+from grader.lab.display.values import SHAPES
+from grader.lab.display.vectors import Array
+from grader.lab.display.words import say, texts
 
 T = TypeVar("T")
 

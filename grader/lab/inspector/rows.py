@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from grader.lab.card import Shown, card, escape, fold, stack, table
+from grader.evaluation.replay.case import Fault
+from grader.evaluation.replay.expected_maps import NO_BLOCKER
+from grader.evaluation.replay.faults import differs_from_own
+from grader.evaluation.replay.ray_tree import Lit, Node
+from grader.lab.display.card import Shown, card, escape, fold, stack, table
+from grader.lab.display.vectors import Array, Color, Vec3, number, swatch
+from grader.lab.display.words import say, texts
 from grader.lab.inspector.looking import Looking, Seen
-from grader.lab.vectors import Array, Color, Vec3, number, swatch
-from grader.lab.words import say, texts
-from grader.replay.case import Fault
-from grader.replay.faults import differs_from_own
-from grader.replay.maps import NO_BLOCKER
-from grader.replay.nodes import Lit, Node
 
 COLUMNS = ("ray", "meets", "color", "t", "point", "normal", "n_l", "seen", "k")
 # The column in which a wrong value stands; the others stand for the whole ray.

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from grader.lab.card import Shown
+from grader.evaluation.replay.probe import unit
+from grader.evaluation.replay.ray_tree import SKY, Node
+from grader.lab.display.card import Shown
+from grader.lab.display.picture import draw, figure, new_figure
+from grader.lab.display.vectors import Array
+from grader.lab.display.words import say
 from grader.lab.inspector.looking import Looking, Seen
-from grader.lab.picture import draw, figure, new_figure
-from grader.lab.vectors import Array
-from grader.lab.words import say
-from grader.replay.nodes import SKY, Node
-from grader.replay.probe import unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from grader.lab.card import stack
+from grader.lab.display.card import stack
+from grader.lab.display.picture import png
+from grader.lab.display.vectors import Array
+from grader.lab.display.words import say
 from grader.lab.inspector import rows, space
 from grader.lab.inspector.looking import Looking, Seen
-from grader.lab.picture import png
-from grader.lab.vectors import Array
-from grader.lab.words import say
 
 SCRIPT = Path(__file__).with_name("inspector.js")
 _LABELS = ("zoom_in", "zoom_out", "space_label")

@@ -16,14 +16,14 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from grader import manifest
-from grader.manifest import CORE, read_toml
-from grader.originals import REFERENCE
+from grader.course import exercises as manifest
+from grader.course.exercises import CORE, read_toml
+from grader.intake.originals import REFERENCE
 from grader.records import Cause
-from grader.tests import test_bad_submissions as bad
-from grader.tests.hostile import corpus
-from grader.tests.solver import stub
-from grader.tests.student import STUDENT_MAIN, main_c
+from grader.tests.commands import test_bad_submissions as bad
+from grader.tests.sandbox.hostile import corpus
+from grader.tests.support.solver import stub
+from grader.tests.support.student import STUDENT_MAIN, main_c
 
 STUDENT = ("main.c", "raytracer.c", "raytracer.h", "octree.c")
 NAMES = (

@@ -14,9 +14,9 @@ from pathlib import Path
 
 import pytest
 
-from grader.batch import sheets
-from grader.isolation.levels import Level, best
-from grader.manifest import ROOT
+from grader.batch import csv_table as sheets
+from grader.course.exercises import ROOT
+from grader.sandbox.levels import Level, best
 from grader.tests.batch import classroom
 
 SECONDS = 600

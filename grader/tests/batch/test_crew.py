@@ -13,11 +13,14 @@ from pathlib import Path
 
 import pytest
 
-from grader.batch import bundle, cluster, crew, temporary
-from grader.batch.bundle import Place
+from grader.batch import cluster
+from grader.batch import grade_one as bundle
+from grader.batch import pool as crew
+from grader.batch import scratch as temporary
+from grader.batch.grade_one import Place
 from grader.batch.records import BatchError, Settings, Task
-from grader.manifest import ROOT
-from grader.tests.student import STUDENT_MAIN, main_c
+from grader.course.exercises import ROOT
+from grader.tests.support.student import STUDENT_MAIN, main_c
 
 AROUND = {"missing": (), "refused": (), "sources": (), "changed": (), "converted": ()}
 START_SECONDS = 60

@@ -9,11 +9,11 @@ from pathlib import Path
 
 import pytest
 
-from grader import cli
-from grader.batch import desk as desks
-from grader.batch.desk import Desk, Known
+from grader import commands as cli
+from grader.batch import results_folder as desks
 from grader.batch.records import BatchError, Bundle
-from grader.isolation import bubble
+from grader.batch.results_folder import Desk, Known
+from grader.sandbox import bubblewrap as bubble
 
 RESULTS = {
     **{"score": 1.0, "max_score": 2.0, "bonus": 0.0, "max_bonus": 0.0, "incomplete": False},

@@ -9,12 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from grader.authors import parse
-from grader.batch.finding import discover
-from grader.batch.members import Enrolled, Handed, members, read
-from grader.batch.reading import read_candidate
+from grader.batch.discovery import discover
 from grader.batch.records import BatchError, Candidate, Settings
-from grader.manifest import CORE
+from grader.batch.roster import Enrolled, Handed, members, read
+from grader.batch.tasks import read_candidate
+from grader.course.exercises import CORE
+from grader.intake.authors import parse
 from grader.tests.batch import classroom
 
 SETTINGS = Settings("fr", "strong")
@@ -121,7 +121,7 @@ def test_too_large_a_submission_is_refused_unread(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """In Moodle's archive, and as a file: told, and the others are there."""
-    monkeypatch.setattr("grader.batch.unpacking.MAX_ARCHIVE_BYTES", 1000)
+    monkeypatch.setattr("grader.batch.moodle_archive.MAX_ARCHIVE_BYTES", 1000)
     archive = moodle(
         tmp_path / "tous.zip",
         {

@@ -9,13 +9,16 @@ from typing import Any
 
 import pytest
 
-from grader import course
-from grader.batch import grades, manual, marks, sheets
+from grader.batch import csv_table as sheets
+from grader.batch import grades_csv as grades
+from grader.batch import manual_marks as manual
+from grader.batch import marks
 from grader.batch.records import BatchError, Candidate, Graded, Hand, Mark, Member
-from grader.course import Course, Late, Marks, People
-from grader.manifest import ManifestError
+from grader.course import settings as course
+from grader.course.exercises import ManifestError
+from grader.course.settings import Course, Late, Marks, People
+from grader.course.texts import Texts
 from grader.records import Verdict
-from grader.texts import Texts
 
 RULES = Course("fr", "c", (1, 2), count_closed=False)
 ADA = Member("Ada Lovelace", "21900001", "1", "ada")
@@ -133,7 +136,7 @@ def test_an_override_wins_and_the_rubric_adds() -> None:
         ("[people]\nexcused = [1]", 'line 2: excused must be a list such as ["21905678"'),
         ('[people]\nabsent = "0"', "line 2: absent must be a mark such as 0"),
         ("[people.extensions]\nada = 1", "line 1: extensions must be a date and time"),
-        ("\nopened = [1]", "line 2: opened belongs in grader/course.toml; move it there"),
+        ("\nopened = [1]", "line 2: opened belongs in grader/course/course.toml; move it there"),
         ("[nothing]", "nothing is unknown here"),
         ("marks = 1", "line 1: marks must be a table: write [marks]"),
     ],

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from grader.batch import moodle
+from grader.batch import moodle_worksheet as moodle
 from grader.batch.records import BatchError, Mark, Member
 
 HEADERS = {

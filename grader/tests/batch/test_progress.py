@@ -7,7 +7,7 @@ import io
 from rich.console import Console
 
 from grader.batch.progress import Meter
-from grader.texts import Texts
+from grader.course.texts import Texts
 
 
 def shown(terminal: bool) -> str:

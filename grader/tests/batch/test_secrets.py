@@ -14,11 +14,11 @@ from typing import Any
 
 import pytest
 
-from grader.isolation.levels import Level, best
-from grader.manifest import ROOT
+from grader.course.exercises import ROOT
+from grader.sandbox.levels import Level, best
 from grader.tests.batch import classroom
 from grader.tests.batch.test_class import batch
-from grader.tests.student import STUDENT_MAIN, main_c
+from grader.tests.support.student import STUDENT_MAIN, main_c
 
 SECRET = "victim-secret-0451"
 VICTIM, SPY = "Ada Lovelace", "Eve"
@@ -145,7 +145,7 @@ def hidden(top: Path) -> list[Path]:
     return [
         ROOT / "reference" / "raytracer.c",
         ROOT / "reference" / "expected" / "manifest.json",
-        ROOT / "grader" / "judge.py",
+        ROOT / "grader" / "checking" / "student.py",
         top / "in" / VICTIM / "main.c",
         top / "out" / "students" / VICTIM,
         top / "out" / "state" / f"{VICTIM}.json",

@@ -15,9 +15,10 @@ from pathlib import Path
 
 import pytest
 
-from grader.batch import command, crew
-from grader.batch.bundle import Place, grade
-from grader.batch.desk import Desk, Known
+from grader.batch import command
+from grader.batch import pool as crew
+from grader.batch.grade_one import Place, grade
+from grader.batch.results_folder import Desk, Known
 from grader.tests.batch import classroom
 from grader.tests.batch.test_class import marks
 

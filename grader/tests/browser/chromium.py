@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from grader.dev import jupyter
+from grader.authoring.bench import browser as jupyter
 
 SETTLED = 500  # milliseconds, for what was scrolled to be drawn
 

@@ -6,8 +6,8 @@ import contextlib
 from collections.abc import Iterator
 from pathlib import Path
 
-from grader.dev import jupyter
-from grader.dev.jupyter import Session, write
+from grader.authoring.bench import browser as jupyter
+from grader.authoring.bench.browser import Session, write
 from grader.tests.browser.chromium import wanted
 
 __all__ = ["DOT", "Session", "session", "write"]
@@ -17,6 +17,6 @@ DOT = "float n_l = vector_dot(n, l);"  # a line of the C file
 
 @contextlib.contextmanager
 def session(project: Path, home: Path, prefix: str = "/") -> Iterator[Session]:
-    """Start JupyterLab and a browser, or skip the test: see grader/dev/jupyter.py."""
+    """Start JupyterLab and a browser, or skip the test: see grader/authoring/jupyter.py."""
     with wanted(), jupyter.session(project, home, prefix) as made:
         yield made

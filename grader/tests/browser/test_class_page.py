@@ -7,14 +7,14 @@ from typing import Any
 
 import pytest
 
-from grader.batch import classpage
+from grader.batch import class_page as classpage
 from grader.batch.records import Candidate, Graded, Mark, Member
-from grader.course import Course
-from grader.manifest import load
+from grader.course.exercises import load
+from grader.course.settings import Course
+from grader.course.texts import Texts
 from grader.records import Verdict
 from grader.tests.browser.test_report_page import DESK, PHONE, browser, opened
-from grader.tests.reports import HOSTILE, PNG
-from grader.texts import Texts
+from grader.tests.support.reports import HOSTILE, PNG
 
 __all__ = ["browser"]  # the fixture
 RULES = Course("fr", "c", (1, 2, 3, 4, 5), count_closed=False)

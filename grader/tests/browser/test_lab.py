@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from grader.dev.bench.slider import STEP
+from grader.authoring.bench.slider import STEP
 from grader.tests.browser import jupyter
 from grader.tests.browser.chromium import screenshot
 from grader.tests.browser.jupyter import Session

@@ -9,9 +9,9 @@ from typing import Any
 
 import pytest
 
-from grader import page
+from grader.report import page
 from grader.tests.browser.chromium import chromium
-from grader.tests.reports import every_outcome, png
+from grader.tests.support.reports import every_outcome, png
 
 PHONE, DESK = (320, 640), (1200, 800)
 A4_TEXT = (680, 1009)  # of A4 without its margins, CSS pixels

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from grader.manifest import ROOT
-from grader.runner import Core, Session, open_core
+from grader.course.exercises import ROOT
+from grader.execution.session import Core, Session, open_core
 
 SEED = 20_261_122
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from grader.runner import Core, Session
+from grader.execution.session import Core, Session
 from grader.tests.core import oracles
 from grader.tests.core.oracles import Array, dot, norm, unit
 from grader.tests.core.worlds import (

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from grader.runner import Session
+from grader.execution.session import Session
 from grader.tests.core.oracles import Array
 
 WIDTH, HEIGHT = 96, 64

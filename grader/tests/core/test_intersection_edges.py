@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from grader.runner import Core, Session
+from grader.execution.session import Core, Session
 from grader.tests.core.oracles import Array, norm
 from grader.tests.core.worlds import directions, garbage, same_bytes
 

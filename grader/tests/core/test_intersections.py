@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from grader.runner import Core, Reply, Session
+from grader.execution.session import Core, Reply, Session
 from grader.tests.core import oracles
 from grader.tests.core.oracles import Array, dot, norm, unit
 from grader.tests.core.worlds import garbage, inside, objects, rays, same_bytes

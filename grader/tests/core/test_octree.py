@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import pytest
 
-from grader.runner import Address, Core, Limits, Session
+from grader.execution.session import Address, Core, Limits, Session
 from grader.tests.core.oracles import Array, dot, norm, unit
 from grader.tests.core.worlds import (
     directions,

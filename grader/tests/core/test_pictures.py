@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 import pytest
 
-from grader.runner import Core, Limits, Session
+from grader.execution.session import Core, Limits, Session
 from grader.tests.core.oracles import Array
 from grader.tests.core.worlds import set_options, set_texture
 

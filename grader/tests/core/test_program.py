@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from grader.manifest import CORE, ROOT, load
+from grader.build.toolchain import find_compiler
+from grader.course.exercises import CORE, ROOT, load
 from grader.tests.core.oracles import Array
-from grader.toolchain import find_compiler
 
 WIDTH, HEIGHT = 1280, 720
 SOURCES = ("vector.c", "scene.c", "main.c", "octree.c", "raytracer.c")

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from grader.runner import Core, Session
+from grader.execution.session import Core, Session
 from grader.tests.core.oracles import Array, dot, norm, unit
 from grader.tests.core.worlds import materials
 

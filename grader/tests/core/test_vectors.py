@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from grader.runner import Core, Session
+from grader.execution.session import Core, Session
 from grader.tests.core.oracles import Array, dot, norm, reflected, unit
 from grader.tests.core.worlds import directions, garbage, materials, same_bytes
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from grader.runner import Core, Session
+from grader.execution.session import Core, Session
 from grader.tests.core.oracles import Array, unit
 
 TYPES = {"sphere": "SPHERE", "plane": "PLANE", "cylinder": "CYLINDER", "cone": "CONE"}

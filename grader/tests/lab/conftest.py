@@ -8,8 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from grader.lab import Core, checks
-from grader.manifest import CORE, ROOT
+from grader.course.exercises import CORE, ROOT
+from grader.lab import Core
+from grader.lab.cells import check as checks
 
 Edit = Callable[[str, str, str], None]
 

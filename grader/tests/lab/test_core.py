@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from grader.lab import Core, Picture, Stopped
-from grader.lab.values import Hit, Miss, Ray
-from grader.lab.vectors import Vec3
+from grader.lab.display.values import Hit, Miss, Ray
+from grader.lab.display.vectors import Vec3
 
 RED, YELLOW = (1, 0, 0), (1, 1, 0)
 

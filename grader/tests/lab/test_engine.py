@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from grader.lab import Core, Stopped, engine
+from grader.lab import Core, Stopped
+from grader.lab.bridge import engine
 from grader.records import Target
 from grader.tests.lab.conftest import Edit
 

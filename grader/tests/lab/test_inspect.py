@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from grader.lab import Stopped, check, inspect
-from grader.lab.card import escape
+from grader.lab.display.card import escape
 from grader.lab.inspector import widget
 from grader.lab.inspector.jump import jump
 from grader.lab.inspector.looking import Looking

@@ -9,7 +9,7 @@ import nbformat
 import pytest
 from nbclient import NotebookClient
 
-from grader.manifest import ROOT
+from grader.course.exercises import ROOT
 from grader.tests.lab.conftest import Edit
 
 DOT = "float n_l = vector_dot(n, l);"

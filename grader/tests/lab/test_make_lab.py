@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from grader.course.exercises import ROOT
 from grader.lab import __main__ as lab
-from grader.manifest import ROOT
 
 
 def test_notebook_and_c_file_stand_side_by_side(tmp_path: Path) -> None:

@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from grader import manifest
+from grader.course import exercises as manifest
+from grader.course.exercises import CORE, ROOT
 from grader.lab import (
     Core,
     Stopped,
@@ -25,11 +26,10 @@ from grader.lab import (
     show,
     slider,
     source,
-    store,
 )
-from grader.lab.picture import black, levels, png
-from grader.lab.sources import find
-from grader.manifest import CORE, ROOT
+from grader.lab.cells.source import find
+from grader.lab.display import store
+from grader.lab.display.picture import black, levels, png
 from grader.tests.lab.conftest import Edit
 
 DOT = "float n_l = vector_dot(n, l);"
@@ -118,7 +118,7 @@ def test_damaged_predictions_are_set_aside(outputs: Path, content: str) -> None:
 
 def test_buttons_keep_the_choice(outputs: Path) -> None:
     """Clicking a button is answering; the next display shows it chosen."""
-    from grader.lab.predictions import _buttons
+    from grader.lab.cells.predict import _buttons
 
     buttons = _buttons("tp2.y", "ABC")
     assert buttons.value is None

@@ -8,8 +8,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from grader.lab import Core, Stopped, tp4, tp4_octree, tp5
-from grader.lab.counting import counter
+from grader.lab import Core, Stopped
+from grader.lab.bridge.counting import counter
+from grader.lab.drawings import tp4, tp4_octree, tp5
 
 Edit = Callable[[str, str, str], None]
 

@@ -1,0 +1,69 @@
+"""Draws what the known mistakes give, for grader/checking/pictures/suspects.py."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from grader.authoring.expected.pictures.calibration import limits
+from grader.authoring.expected.pictures.program import RenderError
+from grader.authoring.expected.pictures.sources import by_mistake
+from grader.authoring.specimens import mistakes
+from grader.authoring.specimens.mistakes import Mistake
+from grader.checking.pictures import expected_files as stored
+from grader.checking.pictures.candidates import encode, name_of
+from grader.checking.pictures.expected_files import Expected
+from grader.checking.pictures.measure import measure, outside
+from grader.checking.pictures.plan import Picture, everything
+from grader.checking.shapes import Image
+
+# The stages in which the mistakes of a TP show first; those of bonus shapes in their own scenes.
+STAGES: Mapping[int, tuple[str, ...]] = {
+    2: ("flat",),
+    3: ("blinn_phong",),
+    4: ("shadows", "mirror"),
+    5: ("fresnel", "smooth", "glass"),
+}
+SHAPES: Mapping[str, int] = {"TP2.B1": 2, "TP2.B2": 5}  # exercise, and its scene
+
+
+def shows_first(mistake: Mistake, picture: Picture) -> bool:
+    """Say whether a mistake is kept with a picture, if it shows there."""
+    if picture.stage in STAGES.get(mistake.tp, ()):
+        return True
+    return picture.stage == "shadows" and SHAPES.get(mistake.exercise) == picture.scene
+
+
+def files(folder: Path, picture: Picture) -> tuple[dict[str, bytes], Mapping[str, Any]]:
+    """Return the file of the mistakes that show in a picture of a folder of expected data."""
+    expected = stored.read(folder, picture)
+    drawn = {}
+    for mistake in mistakes.load():
+        if shows_first(mistake, picture):
+            with contextlib.suppress(RenderError):  # of one that crashes there is no picture
+                got = by_mistake(mistake).draw(picture)
+                if _is_wrong(got, expected):
+                    drawn[mistake.id] = got
+    if not drawn:
+        return {}, {}
+    right = stored.read_png(folder, picture)
+    return {name_of(picture.name): encode(drawn, right, expected.envelope)}, {}
+
+
+def _is_wrong(got: Image, expected: Expected) -> bool:
+    if not np.isfinite(got).all():
+        return True
+    error = outside(got, expected.envelope)
+    return measure(got, expected.envelope, error).exceeds(expected.limits) > 1
+
+
+def fingerprint() -> str:
+    """Return what stands for the mistakes of which pictures are kept, and what shows of them."""
+    changed = [(each.id, sorted(each.files().items())) for each in mistakes.load() if each.tp > 1]
+    allowed = [[row["limit"] for row in limits(each).values()] for each in everything()]
+    return hashlib.sha256(repr((changed, allowed)).encode()).hexdigest()

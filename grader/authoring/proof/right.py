@@ -1,0 +1,77 @@
+"""Right solutions written differently get every point, whoever builds them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from grader.authoring.proof.grades import Grade, Program, Shop
+from grader.authoring.proof.parts import Part, sampled
+from grader.authoring.specimens import variants
+from grader.authoring.specimens.variants import Variant
+from grader.course import exercises as manifest
+
+COMPILERS = ("gcc", "clang")
+
+
+def run(shop: Shop, sample: int | None = None) -> Part:
+    """Grade the variants, or some of them, built by each compiler. Raises ProofError."""
+    builds = {
+        each.id: (variant, each)
+        for variant in sampled(variants.load(), sample)
+        for each in programs(variant)
+    }
+    grades = {each.id: grade for each, grade in shop.graded(each for _, each in builds.values())}
+    found = [(variant, each.id, grades[each.id]) for variant, each in builds.values()]
+    return report(found, sample is None)
+
+
+def programs(variant: Variant) -> list[Program]:
+    """Return a variant as it says to be built, and by the other compiler where it does not say."""
+    files = variant.files()
+    if variant.compiler:
+        return [Program(variant.id, files, variant.flags, variant.compiler)]
+    return [Program(f"{variant.id}, {each}", files, variant.flags, each) for each in COMPILERS]
+
+
+def report(found: Iterable[tuple[Variant, str, Grade]], whole: bool = True) -> Part:
+    """Return the part of the proof from the grades of variants, each with the build's name."""
+    found = list(found)
+    lines = {name: faults(variant, name, grade) for variant, name, grade in found}
+    names = {variant.id for variant, _, _ in found}
+    broken = {variant.id for variant, name, _ in found if lines[name]}
+    return Part(
+        "variants",
+        "Right solutions written differently",
+        {
+            "variants": len(names),
+            "variants_full": len(names - broken),
+            "variant_builds": len(found),
+            "variant_builds_full": sum(not each for each in lines.values()),
+        },
+        [line for each in lines.values() for line in each],
+        ["variant", "what is different", "points"],
+        [[name, variant.about, f"{grade.score:.2f}"] for variant, name, grade in found],
+        whole,
+    )
+
+
+def faults(variant: Variant, name: str, grade: Grade) -> list[str]:
+    """Return the checks that lost points, a line each.
+
+    Of a variant apart, pictures count, and functions that it never calls are to do; so is a picture
+    that counts with one of these alone.
+    """
+    rows = {each["id"]: each for each in grade.content["checks"]}
+    known = manifest.load().checks()
+
+    def is_left(check: str) -> bool:
+        if rows[check]["outcome"] != "todo":
+            return False
+        twin = known[check].twin
+        return ".scene." not in check or (bool(twin) and is_left(twin))
+
+    return [
+        f"{name}: {check} ({each['outcome']}): {each['message']}"
+        for check, each in rows.items()
+        if each["points"] < each["max_points"] and not (variant.apart and is_left(check))
+    ]

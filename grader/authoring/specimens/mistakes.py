@@ -1,0 +1,60 @@
+"""The known mistakes: reference/mistakes/ID.patch each, listed in mistakes.toml.
+
+Adding one takes a patch, an entry there, and its texts in grader/course/messages/*/mistakes.toml.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from grader.authoring.specimens import patches
+from grader.course import exercises as manifest
+from grader.course.exercises import ManifestError, read_toml
+from grader.records import Submission
+
+FOLDER = patches.REFERENCE / "mistakes"
+
+
+@dataclass(frozen=True)
+class Mistake:
+    """A plausible mistake in one exercise, as a patch on the reference."""
+
+    id: str
+    exercise: str
+    shows: tuple[str, ...]  # ids of the checks that see it
+    twins: tuple[str, ...] = ()  # mistakes that no stored answer tells from this one
+    folder: Path = FOLDER
+
+    @property
+    def tp(self) -> int:
+        """The TP of its exercise."""
+        return manifest.load().exercise(self.exercise).tp
+
+    def files(self) -> dict[str, str]:
+        """Return the reference's files with the mistake in them. Raises PatchError."""
+        return patches.patched(self.folder / f"{self.id}.patch", patches.reference())
+
+    def submission(self) -> Submission:
+        """Return it as a submission. Raises PatchError."""
+        return patches.submission(self.id, self.files())
+
+
+@cache
+def load(folder: Path = FOLDER) -> tuple[Mistake, ...]:
+    """Read the list of a folder. Raises ManifestError."""
+    path = folder / "mistakes.toml"
+    try:
+        return tuple(
+            Mistake(
+                id=name,
+                exercise=row["exercise"],
+                shows=tuple(row["shows"]),
+                twins=tuple(row.get("twins", ())),
+                folder=folder,
+            )
+            for name, row in read_toml(path)["mistake"].items()
+        )
+    except (KeyError, TypeError) as error:
+        raise ManifestError(f"{path.name}: missing or malformed key: {error}") from error

@@ -1,0 +1,89 @@
+"""manual.csv, beside the submissions: what only a person can judge, kept by every regrade.
+
+    who;drawing;style;comment;override;reason
+    21905678;1,5;0,5;"A fine drawing";;
+    Ada Lovelace;;;;14;"oral examination of 3 March"
+
+`who` is a student number, a name, or the name of a submission (then it counts for its members). Any
+other column is one of points, in the unit of the scale, which are added to the mark.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from grader.batch import csv_table as sheets
+from grader.batch.csv_table import Sheet
+from grader.batch.records import BatchError, Hand, Member
+from grader.batch.roster import key_of
+
+NAME = "manual.csv"
+_WHO = ("who", "qui")
+_COMMENT = ("comment", "commentaire")
+_OVERRIDE = ("override", "note imposée")
+_REASON = ("reason", "raison")
+
+
+def read(path: Path, members: Sequence[Member], scale: float) -> dict[Member, Hand]:
+    """Return what is said of each member. Raises BatchError with the line and the cure."""
+    if not path.exists():
+        return {}
+    sheet = sheets.read(path)
+    who = sheets.column(sheet.header, _WHO)
+    if who < 0:
+        raise BatchError("batch.manual_header", path=path, names=", ".join(_WHO))
+    found: dict[Member, Hand] = {}
+    for line, row in zip(sheet.lines, sheet.rows, strict=True):
+        if not any(cell.strip() for cell in row):
+            continue
+        if len(row) > len(sheet.header):
+            raise BatchError("batch.manual_cells", path=path, line=line, count=len(sheet.header))
+        cells = {name: cell.strip() for name, cell in zip(sheet.header, row, strict=False)}
+        hand = _hand(sheet, cells, path, line, scale)
+        for member in _meant(cells[sheet.header[who]], members, path, line):
+            if member in found:
+                raise BatchError(
+                    "batch.manual_twice", path=path, line=line, first=found[member].line
+                )
+            found[member] = hand
+    return found
+
+
+def _hand(sheet: Sheet, cells: Mapping[str, str], path: Path, line: int, scale: float) -> Hand:
+    def named(names: Sequence[str]) -> str:
+        at = sheets.column(sheet.header, names)
+        return cells.get(sheet.header[at], "") if at >= 0 else ""
+
+    known = (*_WHO, *_COMMENT, *_OVERRIDE, *_REASON)
+    points = {
+        name: _points(cells[name], name, path, line)
+        for name in sheet.header
+        if name.casefold() not in known and cells.get(name)
+    }
+    override, reason = named(_OVERRIDE), named(_REASON)
+    value = _points(override, _OVERRIDE[0], path, line) if override else None
+    if value is not None and not 0 <= value <= scale:
+        raise BatchError("batch.manual_range", path=path, line=line, scale=f"{scale:g}")
+    if value is not None and not reason:
+        raise BatchError("batch.manual_reason", path=path, line=line)
+    return Hand(line, points, named(_COMMENT), value, reason)
+
+
+def _points(cell: str, column: str, path: Path, line: int) -> float:
+    value = sheets.number(cell)
+    if value is None:
+        raise BatchError("batch.manual_number", path=path, line=line, column=column, cell=cell)
+    return value
+
+
+def _meant(who: str, members: Sequence[Member], path: Path, line: int) -> list[Member]:
+    """Return those whom a line is about: by number, by submission, or by name."""
+    found = [each for each in members if who and who in (each.number, each.moodle)]
+    found = found or [each for each in members if who and who == each.submission]
+    found = found or [each for each in members if who and key_of(who) == key_of(each.name)]
+    if not found:
+        raise BatchError("batch.manual_nobody", path=path, line=line, who=who)
+    if len(found) > 1 and len({each.submission for each in found}) > 1:
+        raise BatchError("batch.manual_several", path=path, line=line, who=who)
+    return found

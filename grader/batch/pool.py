@@ -1,0 +1,160 @@
+"""Local workers: each grades one submission at a time; one that dies is replaced."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import shutil
+import socket
+import stat
+import subprocess
+import sys
+import time
+from collections import deque
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from multiprocessing.connection import Connection, wait
+from pathlib import Path
+
+from grader.batch.records import Bundle, Task
+from grader.batch.scratch import own_folder
+from grader.course.exercises import ROOT
+from grader.course.texts import Texts
+
+# For one submission: the last of all deadlines, beyond what one takes that hangs wherever it can.
+MOST_SECONDS = 1800
+LOOK_SECONDS = 1.0
+END_SECONDS = 5.0
+TRIES = 2
+
+
+@dataclass
+class _Worker:
+    """A process, and what it does."""
+
+    process: subprocess.Popen[bytes]
+    connection: Connection
+    temporary: Path
+    task: Task | None = None
+    turn: int = 0
+    since: float = 0.0
+
+    def end(self) -> None:
+        """Kill it; its sandboxes die with it."""
+        self.connection.close()
+        self.process.kill()
+        self.process.wait(END_SECONDS)
+        shutil.rmtree(self.temporary, ignore_errors=True)
+
+
+def run(tasks: Iterable[Task], jobs: int, folder: Path) -> Iterator[Bundle]:
+    """Grade; yield each bundle when it is known. What fails for the machine is tried once more.
+
+    `folder` is for what the workers make, and is there. They are ended with the iterator. Raises
+    OSError.
+    """
+    waiting = ((task, 1) for task in tasks)
+    again: deque[tuple[Task, int]] = deque()
+    workers: list[_Worker] = []
+    with contextlib.ExitStack() as stack:
+        stack.callback(_end_all, workers)
+        while True:
+            _hire(workers, waiting, again, jobs, folder)
+            if not (busy := [each for each in workers if each.task]):
+                return
+            ready = wait([each.connection for each in busy], LOOK_SECONDS)
+            for worker in busy:
+                late = time.monotonic() - worker.since > MOST_SECONDS
+                if worker.connection not in ready and not late:
+                    continue
+                task, turn = worker.task, worker.turn
+                assert task is not None
+                bundle = _heard(worker, task)
+                if worker.task is not None:  # it is dead, or as good as dead
+                    worker.end()
+                    workers.remove(worker)
+                if (bundle.failure or bundle.incomplete) and turn < TRIES:
+                    again.append((task, turn + 1))
+                else:
+                    yield bundle
+
+
+def _end_all(workers: Iterable[_Worker]) -> None:
+    for each in workers:
+        each.end()
+
+
+def _hire(
+    workers: list[_Worker],
+    waiting: Iterator[tuple[Task, int]],
+    again: deque[tuple[Task, int]],
+    jobs: int,
+    folder: Path,
+) -> None:
+    """Give every free worker something to do, and start one when there is room."""
+    while len(free := [each for each in workers if not each.task]) + jobs - len(workers) > 0:
+        following = again.popleft() if again else next(waiting, None)
+        if following is None:
+            return
+        if not free:
+            free = [_start(folder)]
+            workers += free
+        worker = free[0]
+        worker.task, worker.turn = following
+        worker.since = time.monotonic()
+        with contextlib.suppress(OSError):  # its death is heard
+            worker.connection.send(worker.task)
+
+
+def _heard(worker: _Worker, task: Task) -> Bundle:
+    """Return what a worker says; its task stays when it cannot say anything any more."""
+    try:
+        if worker.connection.poll():
+            bundle: Bundle = worker.connection.recv()
+            worker.task = None
+            return bundle
+    except (EOFError, OSError):
+        return Bundle(task.name, failure=_texts(task).say("batch.worker_gone"))
+    return Bundle(task.name, failure=_texts(task).say("batch.worker_late", seconds=MOST_SECONDS))
+
+
+def _texts(task: Task) -> Texts:
+    return Texts(task.settings.language)
+
+
+def _start(folder: Path) -> _Worker:
+    ours, theirs = socket.socketpair()
+    place = folder / f"builds-{os.getpid()}-{ours.fileno()}-{time.monotonic_ns()}"
+    place.mkdir()
+    temporary = _temporary(place)
+    with theirs:
+        process = subprocess.Popen(
+            [sys.executable, "-m", "grader.batch.pool_worker", str(theirs.fileno()), str(place)],
+            cwd=ROOT,
+            env={
+                **os.environ,
+                # Compilers are waited for in threads; each would keep memory of its own.
+                "MALLOC_ARENA_MAX": "1",
+                "OPENBLAS_NUM_THREADS": "1",
+                "PYTHONPATH": str(ROOT),
+                "TMPDIR": str(temporary),
+            },
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            pass_fds=[theirs.fileno()],
+            start_new_session=True,  # Ctrl-C is for the one that was asked
+        )
+    return _Worker(process, Connection(ours.detach()), temporary)
+
+
+def _temporary(place: Path) -> Path:
+    """Make a worker's folder of temporary files; what a killed one leaves there goes with OUT.
+
+    Without a sandbox, whom root becomes must come there through all that is above it: so it lies
+    elsewhere when others cannot enter OUT.
+    """
+    if os.geteuid() == 0 and not all(each.stat().st_mode & stat.S_IXOTH for each in place.parents):
+        return own_folder()
+    folder = place.with_name(f"{place.name}-tmp")
+    folder.mkdir()
+    return folder

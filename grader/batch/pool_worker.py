@@ -1,0 +1,48 @@
+"""A process that grades submissions, one after the other.
+
+Run as `python -m grader.batch.pool_worker FD DIR`. Tasks come and bundles go by the
+connection of that descriptor. It ends with the process that started it, and leaves no process of a
+submission behind.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import threading
+import time
+from dataclasses import replace
+from multiprocessing.connection import Connection
+from pathlib import Path
+
+from grader.batch.grade_one import Place, cpu_seconds, grade
+from grader.sandbox import orphans
+
+LOOK_SECONDS = 0.5
+
+
+def main() -> int:
+    """Grade until there is nothing more; return the exit code."""
+    connection: Connection = Connection(int(sys.argv[1]))
+    place = Place(Path(sys.argv[2]))
+    threading.Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()
+    orphans.guard()
+    while True:
+        try:
+            task = connection.recv()
+        except EOFError:
+            return 0
+        start = cpu_seconds()
+        bundle = grade(task, place)
+        orphans.sweep()  # buries the sandboxes, whose seconds count from then on
+        connection.send(replace(bundle, cpu=cpu_seconds() - start))
+
+
+def _end_with(parent: int) -> None:
+    while os.getppid() == parent:
+        time.sleep(LOOK_SECONDS)
+    os._exit(1)  # sandboxes die with this process
+
+
+if __name__ == "__main__":
+    sys.exit(main())

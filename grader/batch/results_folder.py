@@ -1,0 +1,235 @@
+"""OUT, the folder of results: what is known of each submission, and what must be graded.
+
+    students/NAME/      results.json, report.html, images/
+    state/NAME.json     what that result depends on, and a summary of it, written last
+    work/               unpacked archives and builds, removed at the end
+    batch.json          says that the folder is a batch's
+
+A result counts only when its state agrees with it: whatever the moment at which a batch is killed,
+the submission is either done or graded again.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import hashlib
+import json
+import os
+import shutil
+import sys
+import tempfile
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cache, lru_cache
+from pathlib import Path
+from typing import IO, Any
+
+from grader.batch.records import BatchError, Bundle, Settings, Task
+from grader.build import toolchain
+from grader.checking import expected_data as expected
+from grader.course import exercises as manifest
+from grader.course import settings as course
+from grader.intake import originals
+from grader.report.results import Row, write
+
+NAME = "batch.json"
+SCHEMA = 1
+STUDENTS, STATE, WORK = "students", "state", "work"
+OWN_FILES = ("grades.csv", "changes.csv", "marks.json", "index.html", NAME)
+OWN_FOLDERS = (STUDENTS, STATE, WORK, "moodle")
+# Of the grader, what a result depends on.
+_CODE = (".py", ".toml", ".c", ".html", ".css", ".js", ".zip")
+
+
+@dataclass(frozen=True)
+class Known:
+    """What is kept of a graded submission: `parts` are the hashes of what its result depends on."""
+
+    parts: Mapping[str, str]
+    summary: Row
+    seconds: float
+    cpu: float
+    fresh: bool  # the files are those that were written
+
+
+class Desk:
+    """The folder, open for one batch; a context manager. Raises BatchError."""
+
+    def __init__(self, out: Path) -> None:
+        self.out = out.absolute()
+        self.work = self.out / WORK
+        self._lock: IO[str] | None = None
+        self._open = False
+
+    def __enter__(self) -> Desk:
+        with self.writing(self.out):
+            if self.out.exists() and not is_batch(self.out) and any(self.out.iterdir()):
+                raise BatchError("batch.not_ours", path=self.out)
+            self.out.mkdir(parents=True, exist_ok=True)
+            lock = (self.out / f".{NAME}.lock").open("w")
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError as error:
+                lock.close()
+                raise BatchError("batch.busy", path=self.out) from error
+            self._lock = lock
+            write(self.out / NAME, {"schema": SCHEMA})
+            shutil.rmtree(self.work, ignore_errors=True)  # of a batch that was killed
+            for name in (STUDENTS, STATE, WORK):
+                (self.out / name).mkdir(exist_ok=True)
+        self._open = True
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        shutil.rmtree(self.work, ignore_errors=True)
+        if self._lock:
+            self._lock.close()
+
+    @contextlib.contextmanager
+    def writing(self, path: Path) -> Iterator[None]:
+        """Turn what goes wrong while writing into a sentence."""
+        try:
+            yield
+        except OSError as error:
+            if self._open:
+                self.verify()
+            place = error.filename or path
+            raise BatchError("batch.cannot_write", path=place, error=error.strerror) from error
+
+    def verify(self) -> None:
+        """Raise BatchError when the folder is not there any more."""
+        if not (self.out / NAME).is_file():
+            raise BatchError("batch.gone", path=self.out)
+
+    def folder(self, name: str) -> Path:
+        """Return the folder of a student."""
+        return self.out / STUDENTS / name
+
+    def known(self, name: str) -> Known | None:
+        """Return what is kept of a submission; None when it was never graded, or cannot be read."""
+        try:
+            state = json.loads(self._state(name).read_text(encoding="utf-8"))
+            summary = _shared(state["summary"])
+            done = hashlib.sha256((self.folder(name) / "results.json").read_bytes()).hexdigest()
+            fresh = done == state["results"] and (self.folder(name) / "report.html").is_file()
+            return Known(state["parts"], summary, state["seconds"], state["cpu"], fresh)
+        except (OSError, ValueError, KeyError, TypeError, AttributeError):
+            return None
+
+    def save(self, bundle: Bundle, parts: Mapping[str, str]) -> Known:
+        """Write a student's folder, then its state. Raises BatchError."""
+        self.verify()
+        content = bundle.files["results.json"]
+        summary = _shared(summarised(json.loads(content)))
+        with self.writing(self.folder(bundle.name)):
+            part = Path(tempfile.mkdtemp(dir=self.work))
+            for name, data in bundle.files.items():
+                (part / name).parent.mkdir(exist_ok=True)
+                (part / name).write_bytes(data)
+            part.chmod(0o755)
+            self._replace(part, self.folder(bundle.name))
+            state = {
+                "parts": dict(parts),
+                "results": hashlib.sha256(content).hexdigest(),
+                "summary": summary,
+                "seconds": round(bundle.seconds, 3),
+                "cpu": round(bundle.cpu, 3),
+            }
+            if not bundle.incomplete:  # what could not be judged is not kept: it is tried again
+                write(self._state(bundle.name), state)
+        return Known(parts, summary, bundle.seconds, bundle.cpu, fresh=True)
+
+    def _replace(self, part: Path, place: Path) -> None:
+        if place.exists():
+            old = Path(tempfile.mkdtemp(dir=self.work)) / "old"
+            os.replace(place, old)
+        os.replace(part, place)
+
+    def forget_others(self, names: set[str]) -> None:
+        """Remove the results of submissions that are not there any more."""
+        with self.writing(self.out):
+            for place in (self.out / STUDENTS).iterdir():
+                if place.name not in names:
+                    shutil.rmtree(place)
+            for place in (self.out / STATE).iterdir():
+                if place.stem not in names:
+                    place.unlink()
+
+    def _state(self, name: str) -> Path:
+        return self.out / STATE / f"{name}.json"
+
+
+def is_batch(out: Path) -> bool:
+    """Say whether a folder is one of results."""
+    try:
+        content = json.loads((out / NAME).read_text(encoding="utf-8"))
+        return bool(content["schema"] == SCHEMA)
+    except (OSError, ValueError, KeyError, TypeError):
+        return False
+
+
+def summarised(content: Row) -> dict[str, Any]:
+    """Return what marks and the class page need of results.json: little, since classes are big."""
+    kept = ("score", "max_score", "bonus", "max_bonus", "incomplete", "tps")
+    return {
+        **{key: content[key] for key in kept},
+        "compiles": content["build"]["ok"],
+        "exercises": {
+            each["id"]: [each["outcome"], each["points"], each["max_points"]]
+            for each in content["exercises"]
+        },
+        "checks": {each["id"]: each["outcome"] for each in content["checks"]},
+        "mistakes": sorted({name for each in content["checks"] for name in each["mistakes"]}),
+    }
+
+
+def _shared(summary: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a summary whose texts and rows are kept once for all: most are everybody's."""
+    checks, exercises = summary["checks"], summary["exercises"]
+    return {
+        **summary,
+        "checks": {sys.intern(key): sys.intern(value) for key, value in checks.items()},
+        "exercises": {sys.intern(key): _row(*value) for key, value in exercises.items()},
+    }
+
+
+@lru_cache(maxsize=None, typed=True)
+def _row(*values: object) -> tuple[object, ...]:
+    return values
+
+
+def parts_of(task: Task) -> dict[str, str]:
+    """Return the hashes of all that the result of a task depends on, by what they stand for."""
+    # When files were last written changes nothing.
+    around = [task.submission[key] for key in ("missing", "refused", "changed", "converted")]
+    return {
+        "sources": _digest(task.label, sorted(task.files.items()), around),
+        **_common(task.settings),
+    }
+
+
+@cache
+def _common(settings: Settings) -> dict[str, str]:
+    folder = Path(settings.expected) if settings.expected else expected.FOLDER
+    own = [path for path in sorted(manifest.PACKAGE.rglob("*")) if path.suffix in _CODE]
+    code = [each for each in own if not _is_beside(each)]
+    code += sorted(originals.REFERENCE.glob("*.[ch]")) if originals.has_solution() else []
+    rules = course.load()
+    grading = (rules.language, rules.dialect, rules.opened, rules.count_closed)
+    asked = (settings.language, settings.isolation, settings.hint, settings.gallery)
+    return {
+        "grader": _digest([each.read_bytes() for each in code], toolchain.find_compiler()),
+        "expected": _digest([each.read_bytes() for each in sorted(folder.rglob("*.json"))]),
+        "settings": _digest(grading, asked),
+    }
+
+
+def _is_beside(path: Path) -> bool:
+    """Whether a file of the package has no part in a result, or is counted as a setting."""
+    first = path.relative_to(manifest.PACKAGE).parts[0]
+    return first in ("tests", "authoring", "lab", "batch") or path == course.COURSE
+
+
+def _digest(*values: object) -> str:
+    return hashlib.sha256(repr(values).encode(errors="surrogateescape")).hexdigest()[:24]

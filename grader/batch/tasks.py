@@ -1,0 +1,65 @@
+"""From a candidate to a task: its files are read when they are needed, and not kept."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from grader.batch.records import Candidate, Settings, Task
+from grader.batch.results_folder import parts_of
+from grader.batch.roster import Handed, read
+from grader.intake.submission import SubmissionError, read_submission
+from grader.records import Source, Submission, Verdict
+
+
+@dataclass(frozen=True)
+class Reading:
+    """A candidate, who made it, and the hashes of what its result depends on ({}: no result)."""
+
+    handed: Handed
+    parts: Mapping[str, str]
+
+    @property
+    def candidate(self) -> Candidate:
+        """The candidate, with what keeps it from being graded."""
+        return self.handed.candidate
+
+
+def read_candidate(candidate: Candidate, settings: Settings) -> Reading:
+    """Read a candidate; what makes it no submission becomes its problem."""
+    if candidate.problem:
+        return Reading(Handed(candidate, None, candidate.name), {})
+    try:
+        submission = read_submission(candidate.path)
+    except SubmissionError as error:
+        values = {**error.values, "path": candidate.label}
+        problem = Verdict(error.key, values)
+        return Reading(Handed(replace(candidate, problem=problem), None, candidate.name), {})
+    content = hashlib.sha256(repr(sorted(submission.files.items())).encode()).hexdigest()
+    handed = Handed(candidate, read(submission.authors), content)
+    return Reading(handed, parts_of(_task(candidate, submission, settings)))
+
+
+def task_of(candidate: Candidate, settings: Settings) -> Task:
+    """Return the task of a candidate that can be read. Raises SubmissionError."""
+    return _task(candidate, read_submission(candidate.path), settings)
+
+
+def _task(candidate: Candidate, submission: Submission, settings: Settings) -> Task:
+    around = {
+        "missing": submission.missing,
+        "refused": submission.refused,
+        "sources": tuple(_shown(each, candidate.path) for each in submission.sources),
+        "changed": submission.changed,
+        "converted": submission.converted,
+    }
+    return Task(candidate.name, candidate.label, submission.files, around, settings)
+
+
+def _shown(source: Source, path: Path) -> Source:
+    """Return a source whose place is told from the submission on, not from the machine's root."""
+    inside = source.path.removeprefix(f"{path} : ").removeprefix(os.path.normpath(path))
+    return replace(source, path=inside.lstrip("/"))

@@ -1,0 +1,144 @@
+"""Drawing with TP1's functions, case by case, and looking at the pixels."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, Protocol, TypeVar
+
+import numpy as np
+
+from grader.checking import reproducer
+from grader.checking.comparison import Wrong
+from grader.checking.observations import Testimony
+from grader.checking.shapes import Image, Mask, Region, Size, in_every_channel
+from grader.execution.session import Session
+from grader.records import Evidence
+
+T = TypeVar("T")
+
+# Colours are copied, or computed by an expression or two of floats.
+COPIED = 1e-5
+# One level of the picture file: float and double round a gradient differently.
+ONE_LEVEL = 1 / 255
+# Of a drawing, every so many rows and columns are put down.
+_SPARSE = 16
+
+
+class Guard(Protocol):
+    """What runs code that calls a function, and says what becomes of it: Student.guard."""
+
+    def __call__(
+        self,
+        name: str,
+        call: Callable[[int], str],
+        act: Callable[[], T],
+        program: Callable[[int], str],
+    ) -> T:
+        """Return what `act` does."""
+
+
+class Canvas:
+    """A session in which TP1's functions draw on pictures of one size."""
+
+    def __init__(self, guard: Guard, testimony: Testimony, session: Session, size: Size) -> None:
+        self._guard, self._testimony, self._session = guard, testimony, session
+        self.size = size
+
+    def noise(self) -> Image:
+        """Return a picture whose every pixel differs from its neighbours and from what is drawn."""
+        return _noise(self.size)
+
+    def draw(self, name: str, before: Image, **args: Any) -> Drawing:
+        """Call a function on a copy of a picture; `args` are its other parameters, in order."""
+        values = "".join(f", {key} = {shown(value)}" for key, value in args.items())
+        call = f"{name}(img{values})"
+        flat = before.reshape(-1, 3)
+        reply = self._guard(
+            name,
+            lambda case: call,
+            lambda: self._session.call(name, flat, *args.values()),
+            lambda case: reproducer.of_drawing(name, self.size, [*args.values()]),
+        )
+        after = reply.args["img"].reshape(before.shape)
+        return Drawing(name, tuple(args.values()), call, before, after, self._testimony)
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A call, as the student would write it, with the picture before and after."""
+
+    name: str
+    args: tuple[Any, ...]
+    call: str
+    before: Image
+    after: Image
+    testimony: Testimony
+
+    def expect(self, expected: Image, tolerance: float = COPIED) -> None:
+        """Raise Wrong at the first pixel that is not as expected."""
+        # Written so that a NaN is wrong.
+        wrong = ~in_every_channel(np.abs(self.after - expected) <= tolerance)
+        if wrong.any():
+            self._note(wrong)
+            self._complain("wrong_pixel", wrong, expected)
+
+    def expect_region(self, color: Any, region: Region) -> None:
+        """Raise Wrong unless the region, and nothing else, has taken the colour."""
+        wanted = np.broadcast_to(np.asarray(color, np.float32), self.after.shape)
+        drawn = in_every_channel(np.abs(self.after - wanted) <= COPIED)
+        kept = in_every_channel(self.after == self.before)
+        for key, wrong in (
+            ("missed_pixel", region.sure & ~drawn),
+            ("touched_pixel", ~region.maybe & ~kept),
+            ("wrong_pixel", ~drawn & ~kept),
+        ):
+            if wrong.any():
+                self._note(~kept)
+                self._complain(key, wrong, wanted)
+
+    def _note(self, pixels: Mask) -> None:
+        """Put down which pixels matter, and a few of the colours."""
+        self.testimony.note_mask(f"{self.call} pixels", pixels)
+        few = self.after[::_SPARSE, ::_SPARSE]
+        self.testimony.note(f"{self.call} colours", few[None], np.ones(1, bool), ONE_LEVEL)
+
+    def _complain(self, key: str, wrong: Mask, expected: Image) -> None:
+        height, width = wrong.shape
+        j, i = (int(each) for each in np.argwhere(wrong)[0])
+        right = self.before[j, i] if key == "touched_pixel" else expected[j, i]
+        complaint = Wrong(
+            f"failure.{key}",
+            call=self.call,
+            i=i,
+            j=j,
+            width=width,
+            height=height,
+            got=shown(self.after[j, i]),
+            expected=shown(expected[j, i]),
+            before=shown(self.before[j, i]),
+        )
+        raise complaint.showing(self.evidence(i, j, right))
+
+    def evidence(self, i: int, j: int, expected: Any) -> Evidence:
+        """Return the C program that makes the call and looks at a pixel."""
+        height, width = self.before.shape[:2]
+        before = self.before[j, i]
+        program = reproducer.of_drawing(
+            self.name, (width, height), self.args, (i, j), before, expected
+        )
+        return Evidence(reproducer=program)
+
+
+@cache
+def _noise(size: Size) -> Image:
+    picture = np.random.default_rng(1).uniform(0.05, 0.95, (size[1], size[0], 3))
+    return picture.astype(np.float32)
+
+
+def shown(value: Any) -> str:
+    """Return a number, or a triple of them, as short as it can be told."""
+    flat = np.ravel(np.asarray(value, np.float64))
+    text = ", ".join(f"{each:.4g}" for each in flat)
+    return f"({text})" if flat.size > 1 else text

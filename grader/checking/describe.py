@@ -1,0 +1,145 @@
+"""Calls and values as text: what a failure shows of the inputs, in C's own names.
+
+Only what differs from zero, or from what ray_init puts there, is shown.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+
+from grader.checking.expected_data import Array, Batch
+
+# The fields of an object that its type uses; the union holds nothing else.
+OBJECTS = {
+    1: ("SPHERE", ("center", "radius")),
+    2: ("PLANE", ("normal", "dist")),
+    3: ("CYLINDER", ("base", "axis", "length", "radius")),
+    4: ("CONE", ("base", "axis", "length", "radius")),
+}
+_RAY_DEFAULTS = {"tmin": 0.0, "tmax": 1000.0, "depth": 0}
+# What is worth knowing of a material, by the function that reads it; of other functions, nothing.
+_LIGHTING = ("kd", "ks", "shininess", "kr")
+_MATERIALS = {
+    "shade": _LIGHTING,
+    "direct_light": _LIGHTING,
+    "checker_color": ("kd", "kd2", "pattern_origin", "pattern_size"),
+    "texture_color": ("kd", "pattern_origin"),
+    "mirror_color": ("ks", "kr"),
+    "refracted_ray": ("refraction_index",),
+    "glass_color": ("refraction_index",),
+}
+# The options that matter, likewise.
+_OPTIONS = {
+    "shade": "fresnel",
+    "direct_light": "fresnel",
+    "mirror_color": "fresnel",
+    "trace_ray": "shading",
+    "pixel_color": "shading",
+}
+_MOST_ITEMS = 4  # of a scene: a longer list says nothing to a reader
+# Shown even when zero.
+_ALWAYS = (
+    *("orig", "dir", "center", "position", "normal", "base", "axis", "dist", "min", "max"),
+    *("kd", "ks", "kd2"),
+)
+
+
+def number(value: float) -> str:
+    """Return a number as short as it can be told."""
+    return f"{value + 0.0:.4g}"  # no -0
+
+
+def value(item: Any, material: Sequence[str] = ()) -> str:
+    """Return the text of a value: a bool, a number, a triple or a struct.
+
+    Of a material only the fields in `material` are shown.
+    """
+    names = getattr(getattr(item, "dtype", None), "names", None)
+    if names:
+        return "{" + ", ".join(_fields(item, names, material)) + "}"
+    array = np.asarray(item)
+    if array.dtype == bool:
+        return "true" if array else "false"
+    text = ", ".join(number(each) for each in np.ravel(array).astype(np.float64))
+    return f"({text})" if array.size > 1 else text
+
+
+def call(batch: Batch, case: int, hidden: Sequence[str] = ()) -> str:
+    """Return call number `case` of a batch; parameters that are only written are `hidden`."""
+    material = _MATERIALS.get(batch.function, ())
+    if "options" in batch.globals and not batch.globals["options"]["fresnel"]:
+        material = tuple(name for name in material if name != "kr")
+    parts = []
+    for name, column in batch.args.items():
+        shown = f"{name} = {value(column[case], material)}"
+        parts.append(name if name in hidden else shown)
+    return f"{batch.function}({', '.join(parts)}){setting(batch)}"
+
+
+def setting(batch: Batch) -> str:
+    """Return the scene and, where they matter, the lights and the options of a batch."""
+    lists = ("scene", "lights") if batch.function == "direct_light" else ("scene",)
+    parts = []
+    for name in lists:
+        items = batch.globals.get(name, np.zeros(0))
+        if 0 < len(items) <= _MOST_ITEMS:
+            parts.append(f"{name}: " + ", ".join(value(each) for each in items))
+        elif len(items):
+            parts.append(f"{name}: {len(items)}")
+    option = _OPTIONS.get(batch.function)
+    if option and "options" in batch.globals and not batch.globals["options"][option]:
+        parts.append(f"options.{option} = false")
+    return f" [{'; '.join(parts)}]" if parts else ""
+
+
+def complexity(batch: Batch, case: int) -> tuple[int, int, float]:
+    """Return how hard a call is to follow: numbers that are not zero, their digits, their size."""
+    flat = _rows(batch, np.array([case]))[0]
+    flat = flat[flat != 0]
+    return len(flat), sum(len(number(each)) for each in flat), float(np.abs(flat).sum())
+
+
+def simplest(batch: Batch, cases: Array) -> int:
+    """Return the least complex of these cases; it is quick where there are many."""
+    counts = np.count_nonzero(_rows(batch, cases), axis=1)
+    fewest = cases[counts == counts.min()]
+    return int(min(fewest, key=lambda case: complexity(batch, case)))
+
+
+def _rows(batch: Batch, cases: Array) -> Array:
+    """Return the numbers of calls, a row each."""
+    return np.hstack([_numbers(column[cases]) for column in batch.args.values()])
+
+
+def _numbers(column: Array) -> Array:
+    """Return the numbers of each item, a row each; what an object's type does not use is 0."""
+    names = column.dtype.names
+    if not names:
+        return column.astype(np.float64).reshape(len(column), -1)
+    parts = {name: _numbers(column[name]) for name in names}
+    if "mat" in names and "type" in names:
+        for name, part in parts.items():
+            users = [kind for kind, (_, used) in OBJECTS.items() if name in used]
+            part[~np.isin(column["type"], users)] = 0
+    return np.hstack([*parts.values()])
+
+
+def _fields(item: Any, names: Iterable[str], material: Sequence[str]) -> list[str]:
+    names = tuple(names)
+    shown: list[str] = []
+    if "mat" in names and "type" in names:
+        word, names = OBJECTS[int(item["type"])]
+        shown = [word]
+    if "shininess" in names:
+        names = tuple(material)
+    for name in names:
+        default = _RAY_DEFAULTS.get(name, 0.0) if "orig" in names else 0.0
+        part = item[name]
+        if name == "seed" or (name == "mat" and not material):
+            continue
+        if part.dtype.names or name in _ALWAYS or np.any(part != default):
+            shown.append(f"{name} {value(part, material)}")
+    return shown

@@ -1,0 +1,46 @@
+"""What is accepted of a ray that bounces off, or goes through, a surface.
+
+Its origin is moved off the surface, along the ray or along the normal, or else its tmin keeps it
+off: every way that keeps a surface from meeting itself.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from grader.checking.comparison import Trial
+from grader.checking.expected_data import Array
+
+# Scene units; the course's epsilon is 1e-4.
+LEAST, MOST = 5e-6, 5e-3
+# A ray that leaves sees at least that far.
+FAR = 100.0
+
+
+def expect_origin(trial: Trial, where: Array) -> None:
+    """Raise Wrong unless the rays in `out` start at the point hit, a little off the surface."""
+    got = trial.answer.out["out"]
+    position, normal = (trial.batch.args["it"][name] for name in ("position", "normal"))
+    way = trial.batch.answers[0].out["out"]["dir"].astype(np.float64)
+    side = np.sign(np.einsum("ij,ij->i", way, normal))[:, None] * normal
+    with np.errstate(invalid="ignore"):
+        moved = got["orig"].astype(np.float64) - position
+        length = np.linalg.norm(moved, axis=1)
+        slack = 0.1 * length + 2e-6
+        ways = [np.linalg.norm(moved - length[:, None] * each, axis=1) for each in (way, side)]
+        along = (ways[0] <= slack) | (ways[1] <= slack)
+        off = (np.maximum(length, got["tmin"]) >= LEAST) & (length <= MOST)
+    wrong = ~(along & off) & where
+    trial.complain(wrong, "failure.origin", got=got["orig"], position=position, what="out->orig")
+
+
+def expect_fresh(trial: Trial, where: Array) -> None:
+    """Raise Wrong unless the rays in `out` have a range of their own: from near 0 to far."""
+    got = trial.answer.out["out"]
+    for name, right, expected in (
+        ("tmin", (got["tmin"] >= 0) & (got["tmin"] <= MOST), 0),
+        ("tmax", got["tmax"] >= FAR, 1000),
+    ):
+        wrong = ~right & where
+        values = {"got": got[name], "expected": expected}
+        trial.complain(wrong, "failure.output", what=f"out->{name}", **values)

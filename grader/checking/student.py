@@ -1,0 +1,256 @@
+"""What the checks are written with: calling the student's functions, and comparing in the parent.
+
+A check gets a `Student`, runs cases in its sessions, and raises `Wrong` when an answer is not
+right. TP1's checks draw on a `Canvas`, case by case from the simplest on; those of TP2 to TP5 put
+stored inputs to a function, all in one message (`Student.trials`), or do more on a `Bench`.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Collection, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, TypeVar
+
+from grader.checking import describe as show
+from grader.checking import expected_data as expected
+from grader.checking import reproducer
+from grader.checking.canvas import Canvas
+from grader.checking.comparison import Trial, Wrong
+from grader.checking.expected_data import Answer, Array, Batch
+from grader.checking.observations import Testimony
+from grader.checking.shapes import Image, Size
+from grader.course import sizes
+from grader.execution.libraries import LibrarySet
+from grader.execution.session import Address, Core, Died, Limits, Session
+from grader.records import Cause, Death, Evidence, Verdict
+
+# With what checks need of compare.py.
+__all__ = ["Bench", "Fatal", "Student", "Trial", "Wrong"]
+
+T = TypeVar("T")
+
+SIZES = sizes.DRAWN
+UNIT_LIMITS = Limits(cpu=2.0)
+PICTURE_SIZE = sizes.PICTURE
+PICTURE_LIMITS = Limits(cpu=10.0)
+_LOADING = ""  # in the place of a function's name
+
+
+class Fatal(Exception):
+    """The student's code did not come back from a call; `evidence` holds it as a program."""
+
+    def __init__(self, death: Death, call: str, evidence: Evidence) -> None:
+        super().__init__(call)
+        self.death, self.call, self.evidence = death, call, evidence
+
+
+class Student:
+    """The submission, as one check sees it: sessions by picture size, and what they left behind."""
+
+    def __init__(
+        self, libraries: LibrarySet, folder: Path = expected.FOLDER, own: Collection[str] = ()
+    ) -> None:
+        self._libraries = libraries
+        self._own = own  # functions that the check is about
+        self.folder = folder  # of the expected data
+        self.todo: frozenset[str] = frozenset()
+        self.output = ""  # what was printed in the first session that printed something
+        self.remarks: list[Verdict] = []  # what to tell besides, whatever the outcome
+        self.testimony = Testimony()  # what was wrong in the answers
+
+    def anew(self) -> Student:
+        """Return the submission for the same check, as if that had not begun."""
+        return Student(self._libraries, self.folder, self._own)
+
+    @property
+    def waits(self) -> bool:
+        """Whether what was wrong so far waits for something to be written: it is not judged."""
+        return bool(self.todo) and not self._libraries.is_mixed
+
+    @contextlib.contextmanager
+    def canvas(self, size: Size) -> Iterator[Canvas]:
+        """Start a session in which pictures of that size are drawn."""
+        with self._session(size) as session:
+            yield Canvas(self.guard, self.testimony, session, size)
+
+    @contextlib.contextmanager
+    def bench(self) -> Iterator[Bench]:
+        """Start a session for functions that are not TP1's."""
+        with self._session(expected.SIZE) as session:
+            yield Bench(self, session, self._libraries.unit(expected.SIZE))
+
+    @contextlib.contextmanager
+    def counting(self) -> Iterator[Bench]:
+        """Start a session whose library counts the tests of objects (mrt_object_tests)."""
+        core = self._libraries.counter()
+        with self._open(core, PICTURE_LIMITS) as session:
+            yield Bench(self, session, core)
+
+    def batches(self, suite: str) -> list[Batch]:
+        """Return the stored calls of a suite, with the answers that are accepted."""
+        return expected.read(self.folder, suite, self._libraries.unit(expected.SIZE))
+
+    def trials(self, suite: str) -> list[Trial]:
+        """Put a suite to the submission: all its calls, in one session."""
+        with self.bench() as bench:
+            return [bench.trial(batch) for batch in self.batches(suite)]
+
+    def picture(self, scene: int, texels: Array | None = None, **settings: Any) -> Image:
+        """Draw a scene with the optimised build; `settings` are fields of `options`.
+
+        `texels` are those of scene_texture. Returns shape (180, 320, 3), float32, row 0 at the
+        bottom, as it was left. Raises Fatal.
+        """
+        text = ", ".join(
+            [f"scene {scene}", *(f"{key} = {value}" for key, value in settings.items())]
+        )
+        with self.stage(PICTURE_LIMITS, texels, **settings) as (session, _):
+
+            def draw() -> None:
+                session.call("setup_scene", scene)  # builds the octree
+                session.call("raytrace")
+
+            # A picture would only take longer to loop in the same place.
+            stuck = next((name for name in self._own if name in self._libraries.stuck), "raytrace")
+            self.guard(
+                stuck,
+                lambda case: f"raytrace() ({text})",
+                draw,
+                lambda case: reproducer.of_picture(scene, settings, PICTURE_SIZE),
+            )
+            flat = session.get("output_image")
+        return flat.reshape(PICTURE_SIZE[1], PICTURE_SIZE[0], 3)
+
+    @contextlib.contextmanager
+    def stage(
+        self, limits: Limits, texels: Array | None = None, **settings: Any
+    ) -> Iterator[tuple[Session, Core]]:
+        """Start a session of the optimised build, with a texture and fields of `options` set."""
+        core = self._libraries.renderer()
+        with self._open(core, limits) as session:
+            options = session.get("options")
+            for name, value in settings.items():
+                options[name] = value
+            session.set("options", options)
+            expected.lend_texture(session, core, texels)
+            yield session, core
+
+    def guard(
+        self,
+        name: str,
+        call: Callable[[int], str],
+        act: Callable[[], T],
+        program: Callable[[int], str],
+    ) -> T:
+        """Run code that calls a function.
+
+        `call` gives the text of its calls by their number, and `program` each as a C program.
+        Raises Fatal when it does not come back; at once when it has run out of time before.
+        """
+        if name in self._libraries.stuck:
+            raise Fatal(self._libraries.stuck[name], call(0), Evidence(reproducer=program(0)))
+        try:
+            return act()
+        except Died as error:
+            if error.death.cause is Cause.TIMEOUT:
+                self._libraries.stuck[name] = error.death
+            case = error.death.case
+            evidence = Evidence(reproducer=program(case))
+            raise Fatal(error.death, call(case), evidence) from error
+
+    @contextlib.contextmanager
+    def _session(self, size: Size) -> Iterator[Session]:
+        with self._open(self._libraries.unit(size), UNIT_LIMITS) as session:
+            yield session
+
+    @contextlib.contextmanager
+    def _open(self, core: Core, limits: Limits) -> Iterator[Session]:
+        with contextlib.ExitStack() as stack:
+            session = self._loaded(stack, core, limits)
+            try:
+                yield session
+            finally:
+                self.todo |= session.todo()
+                self.output = self.output or session.output()
+
+    def _loaded(self, stack: contextlib.ExitStack, core: Core, limits: Limits) -> Session:
+        """Start a session. Raises Died; at once when loading has run out of time before."""
+        if _LOADING in self._libraries.stuck:
+            raise Died(self._libraries.stuck[_LOADING])
+        try:
+            return stack.enter_context(core.session(limits))
+        except Died as error:
+            if error.death.cause is Cause.TIMEOUT:
+                self._libraries.stuck[_LOADING] = error.death
+            raise
+
+
+class Bench:
+    """A session in which functions are called in a given setting."""
+
+    def __init__(self, student: Student, session: Session, core: Core) -> None:
+        self._student, self.session, self.core = student, session, core
+        self._setting: Batch | None = None
+
+    def prepare(self, batch: Batch) -> None:
+        """Set the globals of a batch."""
+        self._setting = batch
+        expected.prepare(self.session, self.core, batch)
+
+    def trial(self, batch: Batch) -> Trial:
+        """Make the calls of a batch in its setting. Raises Fatal."""
+        self.prepare(batch)
+        return self.again(batch)
+
+    def again(self, batch: Batch, **addresses: Address) -> Trial:
+        """Make the calls of a batch in the setting as it stands. Raises Fatal.
+
+        `addresses` are arguments that all the calls share.
+        """
+        parameters = self.core.functions[batch.function].parameters
+        only_written = ("it", "out", "r") if batch.function == "camera_ray" else ("it", "out")
+        hidden = tuple(
+            each.name
+            for each in parameters
+            if each.name in only_written and expected.is_written(each.ctype)
+        )
+
+        def text(case: int) -> str:
+            return show.call(batch, min(case, batch.count - 1), hidden)
+
+        def program(case: int) -> str:
+            return reproducer.of_case(batch, min(case, batch.count - 1), hidden)
+
+        def act() -> Answer:
+            return expected.run(self.session, self.core, batch, **addresses)
+
+        answer = self._student.guard(batch.function, text, act, program)
+        testimony = self._student.testimony
+        return Trial(batch, answer, hidden, testimony.next_trial(), testimony)
+
+    def colors(self, x: Array, y: Array) -> Array:
+        """Return what the submission's own trace_ray gives through positions, shape (n, 3).
+
+        The rays are those of its own camera_ray.
+        """
+        rays = self.core.zeros("ray", len(x))
+        seen = self.again(Batch("camera_ray", {"r": rays, "x": x, "y": y}, {}))
+        traced = self.again(Batch("trace_ray", {"r": seen.got("r")}, {}))
+        return traced.got("result")
+
+    def call(self, name: str, text: str, *args: Any) -> Any:
+        """Call a function once and return its result; `text` is the call. Raises Fatal."""
+        reply = self._student.guard(
+            name,
+            lambda case: text,
+            lambda: self.session.call(name, *args),
+            lambda case: reproducer.of_command(name, args, self._setting),
+        )
+        return reply.result
+
+
+def without_answers(batch: Batch, **args: Array) -> Batch:
+    """Return the batch with other arguments, and nothing expected."""
+    return replace(batch, args={**batch.args, **args}, answers=())

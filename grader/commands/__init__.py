@@ -1,0 +1,146 @@
+"""The command line: `python -m grader grade PATH`."""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import sys
+import traceback
+from collections.abc import Sequence
+from contextlib import AbstractContextManager, nullcontext
+from pathlib import Path
+from typing import Any
+
+from grader.console import parser as usage
+from grader.console.parser import Parser, UsageError
+from grader.course import exercises as manifest
+from grader.course.exercises import ManifestError
+from grader.course.sizes import sizes_for
+from grader.course.texts import LANGUAGES, Texts
+from grader.execution.libraries import Workshop
+from grader.execution.worker_process import MachineError
+from grader.intake.submission import SubmissionError, read_submission
+from grader.records import BindError, PytestError, Told
+from grader.sandbox.levels import Isolation, IsolationError, Level, current, using
+
+GRADED, BELOW, WRONG_USE, FAILED, INTERRUPTED = 0, 1, 2, 3, 130
+HINT_LEVELS = (1, 2, 3)
+# Commands with a module of their own, loaded when asked for; some are not in a student's copy.
+OTHERS = {
+    "batch": ("grader.batch.command", "batch.description"),
+    "oral": ("grader.authoring.oral", "oral.description"),
+    "purge": ("grader.batch.purge", "purge.description"),
+    "release": ("grader.authoring.release", "release.description"),
+    "submit": ("grader.commands.submit", "submit.description"),
+    "update": ("grader.setup.update", "update.description"),
+}
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; return the exit code.
+
+    0 graded, 1 below --fail-under, 2 wrong use, 3 the grader or the machine failed.
+    """
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    try:
+        texts = Texts(usage.language(words))
+        if words and words[0] in OTHERS:
+            return _other(words, texts)
+        options = _parser(texts).parse_args(words)
+        return _told(options, texts)
+    except ManifestError as error:
+        return _complain(str(error), FAILED)
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    except Exception:  # a fault of the grader is never a verdict on the submission
+        traceback.print_exc()
+        return FAILED
+
+
+def _other(words: Sequence[str], texts: Texts) -> int:
+    """Run a command that has a module of its own; return its exit code."""
+    name, _ = OTHERS[words[0]]
+    if importlib.util.find_spec(name.rpartition(".")[0]) is None:
+        return _complain(texts.say("usage.not_here", command=words[0]), WRONG_USE)
+    code: int = importlib.import_module(name).main(words[1:])
+    return code
+
+
+def _told(options: argparse.Namespace, texts: Texts) -> int:
+    """Grade; turn what can go wrong into a sentence and an exit code."""
+    try:
+        return _grade(options, texts)
+    except (SubmissionError, UsageError) as error:
+        return _complain(texts.say(error.key, **error.values), WRONG_USE)
+    except IsolationError as error:
+        return _complain(error.sentence(texts), FAILED)
+    except Told as error:
+        return _complain(texts.say(error.key, **error.values), FAILED)
+    except (BindError, MachineError, PytestError) as error:
+        return _complain(texts.say("machine.failed", detail=error), FAILED)
+
+
+def _grade(options: argparse.Namespace, texts: Texts) -> int:
+    rules = manifest.load()
+    tps = sorted(rules.tps)
+    if options.tp is not None and options.tp not in tps:
+        raise UsageError("usage.no_tp", tp=options.tp, first=tps[0], last=tps[-1])
+    submission = read_submission(options.path, look_around=True)
+    _verify_answers(options.expected)
+    drawn, cache = sizes_for(options.tp), options.build / "cache"
+    with (
+        _isolation(options.isolation) as isolation,
+        Workshop(submission, drawn, cache, lazy=bool(options.keyword)) as workshop,
+    ):
+        from grader.commands.grade import grade  # while the compiler runs: it takes as long
+
+        content = grade(workshop, rules, options, isolation, texts)
+    if content["incomplete"]:
+        return FAILED
+    return BELOW if content["score"] < options.fail_under else GRADED
+
+
+def _isolation(asked: str | None) -> AbstractContextManager[Isolation]:
+    """Return the level that was asked for, or the best one. Raises IsolationError."""
+    return using(Level(asked)) if asked else nullcontext(current())
+
+
+def _verify_answers(folder: Path) -> None:
+    """Raise UsageError unless the folder is the course's or another one of expected data."""
+    if folder == manifest.EXPECTED:
+        return
+    from grader.checking import expected_data as expected
+
+    try:
+        expected.read_manifest(folder)
+    except expected.ExpectedError as error:
+        raise UsageError("usage.bad_expected", path=error.path) from error
+
+
+def _parser(texts: Texts) -> Parser:
+    parser = Parser(texts=texts, prog="python -m grader")
+    names = texts.say("usage.command")
+    commands = parser.add_subparsers(dest="command", required=True, metavar=names)
+    description = texts.say("usage.description")
+    grade = commands.add_parser("grade", texts=texts, help=description, description=description)
+    for name, (_, key) in OTHERS.items():
+        commands.add_parser(name, texts=texts, help=texts.say(key))
+
+    def add(*names: str, key: str, **settings: Any) -> None:
+        grade.add_argument(*names, help=texts.say(key), **settings)
+
+    add("path", key="usage.path", type=Path, metavar="PATH")
+    add("--tp", key="usage.tp", type=int, metavar="N")
+    add("-k", key="usage.keyword", dest="keyword", default="", metavar="EXPR")
+    add("--hint", key="usage.hint", type=int, choices=HINT_LEVELS, default=1)
+    add("--lang", key="usage.language", choices=LANGUAGES)
+    add("--fail-under", key="usage.fail_under", type=float, default=0.0, metavar="POINTS")
+    add("--isolation", key="usage.isolation", choices=[each.value for each in Level])
+    add("--expected", key="usage.expected", type=Path, default=manifest.EXPECTED, metavar="DIR")
+    add("--build", key="usage.build", type=Path, default=manifest.ROOT / "build", metavar="DIR")
+    return parser
+
+
+def _complain(sentence: str, code: int) -> int:
+    print(sentence, file=sys.stderr)
+    return code

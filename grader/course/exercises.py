@@ -1,0 +1,175 @@
+"""The manifest, exercises.toml: everything about the exercises, read once."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cache, cached_property
+from pathlib import Path
+from typing import Any
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    # Absent, and not needed, from Python 3.11 on.
+    import tomli as tomllib  # type: ignore[import-not-found, unused-ignore]
+
+PACKAGE = Path(__file__).resolve().parent.parent
+ROOT = PACKAGE.parent
+CORE = ROOT / "core_c"
+MANIFEST = PACKAGE / "course" / "exercises.toml"
+EXPECTED = ROOT / "reference" / "expected"  # the course's own expected data
+
+
+class ManifestError(Exception):
+    """A file of the grader cannot be read, or contradicts itself: not the student's fault."""
+
+
+@dataclass(frozen=True)
+class Check:
+    """One check of an exercise; points in hundredths, a part of the exercise's."""
+
+    id: str
+    exercise: str
+    points: int
+    twin: str = ""  # the check without which this one earns nothing
+    needs: tuple[str, ...] = ()  # exercises whose functions right code calls in this check
+    judges: tuple[str, ...] = ()  # exercises among them whose functions this check judges too
+    proven: Mapping[str, str] = field(default_factory=dict)  # by function: the check that tells
+
+
+@dataclass(frozen=True)
+class Exercise:
+    """One exercise of the workbook; points in hundredths."""
+
+    id: str
+    tp: int
+    functions: tuple[str, ...]
+    file: str
+    points: int
+    bonus: bool
+    titles: Mapping[str, str]  # by language
+    section: str
+    depends: tuple[str, ...]
+    checks: tuple[Check, ...]
+
+
+@dataclass(frozen=True)
+class Manifest:
+    """All the exercises in order, and whose file is whose."""
+
+    exercises: tuple[Exercise, ...]
+    tps: Mapping[int, Mapping[str, str]]  # titles by language
+    student: tuple[str, ...]
+    given: tuple[str, ...]
+    ungraded: tuple[str, ...]
+
+    def checks(self) -> Mapping[str, Check]:
+        """Return every check by its id."""
+        return self._checks
+
+    def exercise(self, name: str) -> Exercise:
+        """Return the exercise of that id. Raises KeyError."""
+        return self._exercises[name]
+
+    @cached_property
+    def _checks(self) -> Mapping[str, Check]:
+        return {check.id: check for each in self.exercises for check in each.checks}
+
+    @cached_property
+    def _exercises(self) -> Mapping[str, Exercise]:
+        return {each.id: each for each in self.exercises}
+
+    def needed(self, check: Check) -> frozenset[str]:
+        """Return the exercises that a check needs, and those that they depend on, but its own."""
+        found: set[str] = set()
+        waiting = list(check.needs)
+        while waiting:
+            name = waiting.pop()
+            if name not in found:
+                found.add(name)
+                waiting += self.exercise(name).depends
+        return frozenset(found) - {check.exercise}
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """Read a TOML file of the grader. Raises ManifestError, naming the file and the cure."""
+    try:
+        table: dict[str, Any] = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise ManifestError(f"{path.name}: {error}; put the original file back") from error
+    return table
+
+
+@cache
+def load(path: Path = MANIFEST) -> Manifest:
+    """Read the manifest. Raises ManifestError."""
+    data = read_toml(path)
+    try:
+        files = data["files"]
+        manifest = Manifest(
+            exercises=tuple(_exercise(row) for row in data["exercise"]),
+            tps={int(number): titles for number, titles in data["tp"].items()},
+            student=tuple(files["student"]),
+            given=tuple(files["given"]),
+            ungraded=tuple(files["ungraded"]),
+        )
+    except (KeyError, TypeError, ValueError) as error:
+        raise ManifestError(f"{path.name}: missing or malformed key: {error}") from error
+    _verify(manifest, path)
+    return manifest
+
+
+def shares(points: int, weights: list[int]) -> list[int]:
+    """Split points by weights into integers of the same sum: rest to the largest remainders."""
+    total = sum(weights)
+    parts = [points * weight // total for weight in weights]
+    order = sorted(range(len(weights)), key=lambda k: -(points * weights[k] % total))
+    for k in order[: points - sum(parts)]:
+        parts[k] += 1
+    return parts
+
+
+def _exercise(row: dict[str, Any]) -> Exercise:
+    rules = row.get("checks", {})
+    points = shares(row["points"], [rule["weight"] for rule in rules.values()]) if rules else []
+    return Exercise(
+        id=row["id"],
+        tp=row["tp"],
+        functions=tuple(row["functions"]),
+        file=row["file"],
+        points=row["points"],
+        bonus=row["bonus"],
+        titles=row["title"],
+        section=row["section"],
+        depends=tuple(row["depends"]),
+        checks=tuple(
+            Check(
+                name,
+                row["id"],
+                share,
+                rule.get("twin", ""),
+                tuple(rule.get("needs", row["depends"])),
+                tuple(rule.get("judges", ())),
+                dict(rule.get("proven", {})),
+            )
+            for (name, rule), share in zip(rules.items(), points, strict=True)
+        ),
+    )
+
+
+def _verify(manifest: Manifest, path: Path) -> None:
+    ids = [each.id for each in manifest.exercises]
+    checks = [check for each in manifest.exercises for check in each.checks]
+    known = {check.id for check in checks}
+    wrong = [each for each in ids if ids.count(each) > 1]
+    wrong += [name for each in manifest.exercises for name in each.depends if name not in ids]
+    wrong += [check.twin for check in checks if check.twin and check.twin not in known]
+    wrong += [name for check in checks for name in check.needs if name not in ids]
+    wrong += [name for check in checks for name in check.judges if name not in check.needs]
+    wrong += [name for check in checks for name in check.proven.values() if name not in known]
+    if len(known) != len(checks):
+        wrong.append("a check stands twice")
+    if wrong:
+        raise ManifestError(f"{path.name}: unknown or repeated: {', '.join(wrong)}")

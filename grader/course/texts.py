@@ -1,0 +1,85 @@
+"""Sentences for the person at the terminal, by key, from the folders of messages/."""
+
+from __future__ import annotations
+
+import os
+from functools import cache
+from typing import Any
+
+from grader.course import settings as course
+from grader.course.exercises import PACKAGE, ManifestError, read_toml
+from grader.course.settings import LANGUAGES
+from grader.records import Verdict
+
+__all__ = ["LANGUAGES", "Texts", "preferred", "sentences"]
+
+FOLDER = PACKAGE / "course" / "messages"
+FIRST_HINT = 2
+
+
+class Texts:
+    """The sentences of one language."""
+
+    def __init__(self, language: str) -> None:
+        self.language = language
+        self._sentences = sentences(language)
+
+    def say(self, key: str, **values: object) -> str:
+        """Return the sentence of a key such as "submission.no_folder", with its values.
+
+        A value may be a Verdict: words of the language too. Raises KeyError for an unknown key: a
+        test holds keys and sentences together.
+        """
+        return self._sentences[key].format_map({k: self._word(v) for k, v in values.items()})
+
+    def get(self, key: str, default: str = "") -> str:
+        """Return the sentence of a key that may have none."""
+        return self._sentences.get(key, default)
+
+    def _word(self, value: object) -> object:
+        return self.say(value.key, **value.values) if isinstance(value, Verdict) else value
+
+    def number(self, value: float) -> str:
+        """Return a number as it is written in the language, with as few decimals as it needs."""
+        text = f"{value:g}"
+        return text.replace(".", ",") if self.language == "fr" else text
+
+    def age(self, seconds: int, date: str) -> str:
+        """Return how long ago a file was written; its date when that is long ago, or to come."""
+        for key, unit, below in (
+            ("age.now", 1, 60),
+            ("age.minutes", 60, 3600),
+            ("age.hours", 3600, 2 * 86400),
+            ("age.days", 86400, 30 * 86400),
+        ):
+            if 0 <= seconds < below:
+                return self.say(key, count=seconds // unit)
+        return self.say("age.date", date=date)
+
+
+def preferred(asked: str = "") -> str:
+    """Return the language asked for, or that of MRT_LANG; the course's otherwise."""
+    name = (asked or os.environ.get("MRT_LANG", ""))[:2].lower()
+    return name if name in LANGUAGES else course.load().language
+
+
+@cache
+def sentences(language: str) -> dict[str, str]:
+    """Return every sentence of a language by its dotted key. Raises ManifestError."""
+    found: dict[str, str] = {}
+    for path in sorted((FOLDER / language).glob("*.toml")):
+        own = dict(_flat("", read_toml(path)))
+        if twice := sorted(set(own) & set(found)):
+            raise ManifestError(f"{path.name}: {twice[0]} stands in another file too; keep one")
+        found |= own
+    return found
+
+
+def _flat(prefix: str, table: dict[str, Any]) -> list[tuple[str, str]]:
+    rows: list[tuple[str, str]] = []
+    for name, value in table.items():
+        key = f"{prefix}{name}"
+        if isinstance(value, list):  # hints by their level; the first level is a question
+            value = {str(level): text for level, text in enumerate(value, FIRST_HINT)}
+        rows += _flat(f"{key}.", value) if isinstance(value, dict) else [(key, value)]
+    return rows

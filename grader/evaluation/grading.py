@@ -1,0 +1,231 @@
+"""From what the checks found to points: the rules on markers, twins and exercises."""
+
+from __future__ import annotations
+
+from collections.abc import Container, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from grader.checking import reproducer
+from grader.course.exercises import Check, Exercise, Manifest
+from grader.course.texts import Texts
+from grader.execution import death_messages as deaths
+from grader.records import CheckResult, ExerciseResult, Finding, Outcome, Pixel
+
+# An exercise is as good as its worst check; the first of these that occurs names it.
+_WORST_FIRST = (
+    Outcome.ERROR,
+    Outcome.CRASHED,
+    Outcome.TIMEOUT,
+    Outcome.FAILED,
+    Outcome.BLOCKED,
+    Outcome.TODO,
+    Outcome.PASSED,
+)
+_DONE_WRONG = (Outcome.FAILED, Outcome.CRASHED, Outcome.TIMEOUT)
+# The function was never judged: its question would lead astray.
+_BESIDE = (
+    *("failure.missing", "failure.not_built", "failure.not_linked", "failure.unreadable"),
+    *("failure.error", "failure.expected", "death.missing_symbol"),
+)
+
+
+def conclude(
+    findings: Sequence[Finding],
+    rules: Manifest,
+    texts: Texts,
+    hint: int = 1,
+    rejected: Container[str] = (),
+) -> tuple[list[CheckResult], list[ExerciseResult]]:
+    """Apply the rules; return the checks in the findings' order, and their exercises.
+
+    `hint` is the level of help, from a question (1) to the most direct (3); `rejected` are the
+    files that do not compile.
+    """
+    settled = marked(findings, rules)
+    outcomes = {each.check: each.outcome for each in settled}
+    telling = _Telling(rules, texts, hint, rejected, at_fault(findings, rules))
+    checks = [_judge(each, rules, outcomes, telling) for each in settled]
+    exercises = [_sum(each, checks, texts.language) for each in rules.exercises]
+    return checks, [each for each in exercises if each is not None]
+
+
+def marked(findings: Sequence[Finding], rules: Manifest) -> list[Finding]:
+    """Return the findings with the outcome that they have beside one another."""
+    wrong, ahead = at_fault(findings, rules), unwritten(findings, rules)
+    return [_settled(each, wrong, ahead, rules) for each in findings]
+
+
+def at_fault(findings: Iterable[Finding], rules: Manifest) -> frozenset[str]:
+    """Return the exercises of which a check did not pass."""
+    checks = rules.checks()
+    wrong = (each for each in findings if each.outcome is not Outcome.PASSED)
+    return frozenset(checks[each.check].exercise for each in wrong)
+
+
+def unwritten(findings: Iterable[Finding], rules: Manifest) -> frozenset[str]:
+    """Return the exercises whose own marker was met where a check did not pass."""
+    checks = rules.checks()
+    wrong = (each for each in findings if each.outcome is not Outcome.PASSED)
+    return frozenset(
+        checks[each.check].exercise for each in wrong if checks[each.check].exercise in each.todo
+    )
+
+
+def is_judged(finding: Finding, check: Check) -> bool:
+    """Say whether a check failed of which the exercise is written, and could be called."""
+    failed = finding.outcome in _DONE_WRONG
+    return failed and check.exercise not in finding.todo and not _is_beside(finding)
+
+
+@dataclass(frozen=True)
+class _Telling:
+    """What sentences are made with."""
+
+    rules: Manifest
+    texts: Texts
+    hint: int
+    rejected: Container[str]
+    wrong: frozenset[str]  # exercises of which a check did not pass
+
+    def help(self, finding: Finding) -> str:
+        """Return a question, or the hint of the level, the last that there is.
+
+        They are those of the mistake that is recognised, which the last level names; of the check
+        when there is none.
+        """
+        if known := self._mistakes(finding.evidence.mistakes):
+            return known
+        found = self.texts.get(f"question.{finding.check}")
+        for level in range(2, self.hint + 1):
+            found = self.texts.get(f"hint.{finding.check}.{level}", found)
+        return found
+
+    def _mistakes(self, ids: Sequence[str]) -> str:
+        """Return what is told of mistakes that no check tells apart; each sentence once."""
+        parts = (("question",), ("hint",), ("title", "hint"))[self.hint - 1]
+        told = (
+            " ".join(filter(None, (self.texts.get(f"mistake.{name}.{part}") for part in parts)))
+            for name in ids
+        )
+        return self.texts.say("note.or").join(dict.fromkeys(filter(None, told)))
+
+    def note(self, finding: Finding, exercise: Exercise, outcome: Outcome) -> str:
+        """Return what to know besides."""
+        remarks = [self.texts.say(each.key, **each.values) for each in finding.remarks]
+        return " ".join(filter(None, [self._marker(finding, exercise, outcome), *remarks]))
+
+    def _marker(self, finding: Finding, exercise: Exercise, outcome: Outcome) -> str:
+        """Say that a marker was left, where the fault lies, or what must be done first."""
+        if outcome is Outcome.PASSED and exercise.id in finding.todo:
+            return self.texts.say("note.marker", id=exercise.id, file=exercise.file)
+        if outcome is Outcome.PASSED and finding.through:
+            return self.texts.say("note.through", ids=", ".join(finding.through))
+        if outcome is not Outcome.BLOCKED:
+            return ""
+        first = _waits_for(finding, self.wrong, self.rules)
+        files = {self.rules.exercise(name).file for name in first}
+        broken = sorted(file for file in files if file in self.rejected)
+        if broken:
+            return self.texts.say("note.blocked_by_file", files=", ".join(broken))
+        key = "note.blocked" if finding.todo & first else "note.waits"
+        return self.texts.say(key, ids=", ".join(sorted(first)))
+
+
+def _is_beside(finding: Finding) -> bool:
+    """Whether what is wrong has nothing to do with what the check's question is about."""
+    return finding.verdict is not None and finding.verdict.key in _BESIDE
+
+
+def _settled(
+    finding: Finding, wrong: frozenset[str], ahead: frozenset[str], rules: Manifest
+) -> Finding:
+    """Make a wrong answer `todo` by the exercise's own marker, `blocked` where another is at fault.
+
+    It may be: its marker was met, or right code calls it in this check and it is itself wrong. But
+    what is not written waits for nothing else.
+    """
+    check = rules.checks()[finding.check]
+    if finding.outcome in (Outcome.PASSED, Outcome.ERROR):
+        return finding
+    if check.exercise in finding.todo:
+        return replace(finding, outcome=Outcome.TODO)
+    if finding.alone or not _waits_for(finding, wrong, rules):
+        return finding
+    outcome = Outcome.TODO if check.exercise in ahead else Outcome.BLOCKED
+    return replace(finding, outcome=outcome)
+
+
+def _waits_for(finding: Finding, wrong: frozenset[str], rules: Manifest) -> frozenset[str]:
+    """Return the exercises that may be the cause of a check's failure: those to write first."""
+    if finding.todo:
+        return finding.todo
+    check = rules.checks()[finding.check]
+    return frozenset() if _is_beside(finding) else rules.needed(check) & wrong
+
+
+def _judge(
+    finding: Finding, rules: Manifest, outcomes: Mapping[str, Outcome], telling: _Telling
+) -> CheckResult:
+    texts = telling.texts
+    check = rules.checks()[finding.check]
+    exercise = rules.exercise(check.exercise)
+    outcome, message = finding.outcome, ""
+    if finding.verdict is not None:
+        message = deaths.told(finding.verdict, finding.location, texts)
+    if outcome is Outcome.PASSED and outcomes.get(check.twin, outcome) is not Outcome.PASSED:
+        # A refusal is worth something only from a function that does the other thing as well.
+        twin = outcomes[check.twin]
+        outcome = twin if twin in (Outcome.TODO, Outcome.BLOCKED) else Outcome.FAILED
+        message = texts.say("failure.twin")
+    passed = outcome is Outcome.PASSED
+    share = finding.evidence.share if outcome is Outcome.FAILED else 0.0
+    return CheckResult(
+        id=check.id,
+        exercise=exercise.id,
+        tp=exercise.tp,
+        function=exercise.functions[0],
+        title=texts.get(f"title.{check.id}", finding.title),
+        outcome=outcome,
+        points=check.points if passed else round(share * check.points),
+        max_points=check.points,
+        message=message,
+        hint="" if passed or _is_beside(finding) else telling.help(finding),
+        note=telling.note(finding, exercise, outcome),
+        location=finding.location,
+        output=finding.output if outcome in _DONE_WRONG else "",
+        seconds=finding.seconds,
+        mistakes=finding.evidence.mistakes,
+        reproducer=reproducer.told(finding.evidence.reproducer, texts),
+        images=finding.evidence.images,
+        pixel=_pixel(finding, texts) if outcome is Outcome.FAILED else None,
+    )
+
+
+def _pixel(finding: Finding, texts: Texts) -> Pixel | None:
+    """Return the pixel to look at, with its sentence."""
+    found = finding.evidence.pinned
+    if found is None:
+        return None
+    told = texts.say("replay.worst", i=found.i, j=found.j)
+    if found.told is not None:
+        told = f"{told} {deaths.told(found.told, found.location, texts)}"
+    return Pixel(found.picture, found.i, found.j, told)
+
+
+def _sum(exercise: Exercise, checks: Sequence[CheckResult], language: str) -> ExerciseResult | None:
+    """Return the exercise's sum; None when none of its checks has run."""
+    own = [each for each in checks if each.exercise == exercise.id]
+    if not own:
+        return None
+    outcomes = {each.outcome for each in own}
+    return ExerciseResult(
+        id=exercise.id,
+        tp=exercise.tp,
+        function=exercise.functions[0],
+        file=exercise.file,
+        title=exercise.titles[language],
+        bonus=exercise.bonus,
+        outcome=next(each for each in _WORST_FIRST if each in outcomes),
+        points=sum(each.points for each in own),
+        max_points=sum(each.max_points for each in own),
+    )

@@ -1,0 +1,301 @@
+"""The pytest plugin that turns the tests of `checks/` into findings.
+
+pytest finds, selects and runs the tests; what became of each is read from its exception.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import time
+from collections.abc import Generator
+from pathlib import Path
+
+import pytest
+
+from grader.checking.expected_data import FOLDER, ExpectedError
+from grader.checking.student import Fatal, Student, Wrong
+from grader.course import settings as course
+from grader.course.exercises import PACKAGE, Manifest
+from grader.course.texts import Texts
+from grader.evaluation.attribution import retried
+from grader.evaluation.grading import conclude, marked
+from grader.evaluation.outcomes import outcome_of, was_killed
+from grader.evaluation.prefetch import Ahead, Ran
+from grader.evaluation.recognition import is_picture, named
+from grader.evaluation.worst_pixel import pinned
+from grader.execution.libraries import Workshop
+from grader.execution.worker_process import MachineError
+from grader.records import Evidence, Finding, Outcome, PytestError, SelectionError
+
+CHECKS = PACKAGE / "checks"
+MAX_OUTPUT = 1000  # characters of what a check's code printed that go into the report
+# How often a check is run whose process is killed each time; and how often in all for that reason.
+TRIES = 3
+RERUNS = 6
+# Parts of pytest that would only take time here: they look after tests that print, warn, assert.
+_UNUSED = (
+    *("assertion", "cacheprovider", "capture", "doctest", "faulthandler", "junitxml", "logging"),
+    *("pastebin", "recwarn", "setuponly", "setupplan", "stepwise", "subtests", "terminal"),
+    *("threadexception", "tmpdir", "unittest", "unraisableexception"),
+)
+_PRINTING = (Outcome.FAILED, Outcome.TIMEOUT, Outcome.CRASHED)
+_STUDENT = pytest.StashKey[Student]()
+_CHECK = pytest.StashKey[str]()
+
+
+def run_checks(
+    workshop: Workshop,
+    rules: Manifest,
+    tp: int | None,
+    keyword: str,
+    folder: Path = FOLDER,
+) -> list[Finding]:
+    """Run the checks of a TP (None: of those that count) whose names match pytest's expression.
+
+    `folder` is that of the expected data. Raises SelectionError, PytestError.
+    """
+    # Neither a plugin that happens to be installed nor the project's own settings have a say here.
+    os.environ["PYTEST_DISABLE_PLUGIN_AUTOLOAD"] = "1"
+    plugin = GraderPlugin(workshop, rules, tp, folder)
+    arguments = ["-c", os.devnull, "--rootdir", str(CHECKS), "--strict-markers", "-W", "ignore"]
+    arguments += ["--import-mode=importlib", *(f"-pno:{name}" for name in _UNUSED)]
+    arguments += ["-k", keyword] if keyword else []
+    with contextlib.redirect_stderr(io.StringIO()) as said, contextlib.closing(plugin.ahead):
+        status = pytest.main([*arguments, str(CHECKS)], plugins=[plugin])
+    if status == pytest.ExitCode.USAGE_ERROR:
+        raise SelectionError(malformed=True)
+    if status == pytest.ExitCode.INTERRUPTED and not plugin.failure:
+        raise KeyboardInterrupt
+    if plugin.failure or status == pytest.ExitCode.INTERNAL_ERROR:
+        raise PytestError(plugin.failure or f"pytest ended with {status}: {said.getvalue()}")
+    if keyword and not plugin.findings:
+        raise SelectionError(malformed=False)
+    findings = retried(plugin.findings, rules, workshop, folder, plugin.again)
+    findings = _pinned(findings, rules, workshop, folder)
+    try:
+        return named(findings, rules, folder)
+    except ExpectedError as error:
+        raise PytestError(str(error)) from error
+
+
+def _pinned(
+    findings: list[Finding], rules: Manifest, workshop: Workshop, folder: Path
+) -> list[Finding]:
+    """Return the findings; those on wrong pictures that will be shown tell of their worst pixel."""
+
+    def looked_at(finding: Finding, outcome: Outcome) -> Finding:
+        if outcome is not Outcome.FAILED or not finding.evidence.spots or finding.evidence.pinned:
+            return finding
+        exercise = rules.exercise(rules.checks()[finding.check].exercise)
+        student = Student(workshop.lend(exercise.file), folder, exercise.functions)
+        return pinned(finding, student)
+
+    outcomes = [each.outcome for each in marked(findings, rules)]
+    return [looked_at(*pair) for pair in zip(findings, outcomes, strict=True)]
+
+
+class GraderPlugin:
+    """Hooks of one run."""
+
+    def __init__(
+        self,
+        workshop: Workshop,
+        rules: Manifest,
+        tp: int | None,
+        folder: Path,
+        texts: Texts | None = None,
+    ) -> None:
+        self.findings: list[Finding] = []
+        self.failure = ""
+        self._workshop, self._rules, self._tp = workshop, rules, tp
+        self._folder = folder
+        self._texts = texts  # in which pytest's own report tells what is wrong
+        self._items: dict[str, pytest.Function] = {}
+        self.ahead = Ahead(rules, self._run_ahead)
+        self._reruns = RERUNS
+        self._out_of_memory = _out_of_memory()
+
+    def pytest_configure(self, config: pytest.Config) -> None:
+        """Declare the marker that ties a test to its check."""
+        # What became of a test is read from its exception: its traceback would take seconds.
+        config.option.tbstyle = "no"
+        config.addinivalue_line("markers", "check(id, counts=False): its check in exercises.toml")
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> Generator[None]:
+        """Keep what is asked for, and the twins without which it could earn nothing."""
+        everything = list(items)
+        yield
+        checks = self._rules.checks()
+        wanted = {_check_id(item) for item in items}
+        wanted |= {checks[each].twin for each in wanted}
+        self._items = {
+            _check_id(item): item
+            for item in everything
+            if isinstance(item, pytest.Function)
+            and _check_id(item) in wanted
+            and self._is_asked(self._rules.exercise(checks[_check_id(item)].exercise).tp)
+        }
+        counting = {checks[name].exercise for name in filter(self._counts, self._items)}
+        pictures = any(map(is_picture, self._items))
+        if counting or pictures:
+            self._workshop.prepare_plain(pictures)
+        for exercise in counting:
+            self._workshop.prepare_counted(self._rules.exercise(exercise).file)
+        items[:] = [self._items[name] for name in self.ahead.order([*self._items])]
+
+    def _is_asked(self, tp: int) -> bool:
+        return course.load().is_counted(tp) if self._tp is None else tp == self._tp
+
+    @pytest.fixture
+    def student(self, request: pytest.FixtureRequest) -> Student:
+        """Return the submission under judgement, for one check."""
+        self.ahead.result(_check_id(request.node))
+        return self._student(request.node)
+
+    def _student(self, item: pytest.Item) -> Student:
+        """Return the submission that an item judges; another in each run."""
+        if (known := item.stash.get(_STUDENT, None)) is not None:
+            return known
+        exercise = self._rules.exercise(self._rules.checks()[_check_id(item)].exercise)
+        libraries = self._workshop.lend(exercise.file)
+        student = Student(libraries, self._folder, exercise.functions)
+        item.stash[_STUDENT] = student
+        return student
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtest_makereport(
+        self, item: pytest.Item, call: pytest.CallInfo[None]
+    ) -> pytest.TestReport:
+        """Note what became of a test. Its traceback, which nobody reads, is not made."""
+        assert call.when != "collect"  # which makes another kind of report
+        told = ""
+        if call.when == "call" or (call.when == "setup" and call.excinfo is not None):
+            error = call.excinfo.value if call.excinfo else None
+            ran = self.ahead.result(_check_id(item))
+            finding = _finding(item, error, ran.seconds if ran else call.duration)
+            self.findings.append(finding)
+            self.ahead.heard(finding.check, finding.outcome)
+            if error and self._texts:
+                told = self._told(finding)
+        return pytest.TestReport(
+            nodeid=item.nodeid,
+            location=item.location,
+            keywords={},
+            outcome="failed" if call.excinfo else "passed",
+            longrepr=told or None,
+            when=call.when,
+            duration=call.duration,
+        )
+
+    def _counts(self, check: str) -> bool:
+        """Say whether a check counts how often objects are tested."""
+        marker = self._items[check].get_closest_marker("check")
+        return marker is not None and bool(marker.kwargs.get("counts"))
+
+    def again(self, check: str, student: Student) -> Finding:
+        """Run a check again, on another build of the submission."""
+        item = self._items[check]
+        item.stash[_STUDENT] = student
+        start = time.perf_counter()
+        finding = _finding(item, self._raised(item), time.perf_counter() - start)
+        return pinned(finding, student)
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_pyfunc_call(self, pyfuncitem: pytest.Function) -> bool:
+        """Run a check, unless that was done ahead."""
+        ran = self.ahead.result(_check_id(pyfuncitem))
+        if error := ran.error if ran else self._raised(pyfuncitem):
+            raise error
+        return True
+
+    def _run_ahead(self, check: str) -> Ran:
+        """Run a check; for another thread."""
+        start = time.perf_counter()
+        try:
+            self._student(self._items[check])
+            error = self._raised(self._items[check])
+        except Exception as raised:  # it is met again in the check's turn
+            error = raised
+        return Ran(error, time.perf_counter() - start)
+
+    def _raised(self, item: pytest.Function) -> Exception | None:
+        """Run a check; return what it raises.
+
+        It is run again when its process was killed, which may have been done from outside: what
+        kills itself does so each time. It is no fault of its own where memory runs out.
+        """
+        error = _raised(item)
+        for _ in range(TRIES - 1):
+            if not was_killed(error):
+                return error
+            if not self._reruns:
+                break
+            self._reruns -= 1
+            item.stash[_STUDENT] = item.stash[_STUDENT].anew()
+            error = _raised(item)
+        if was_killed(error) and _out_of_memory() != self._out_of_memory:
+            return MachineError("the machine is short of memory, and kills processes")
+        return error
+
+    def _told(self, finding: Finding) -> str:
+        """Return the sentence and the question that the student's report would have."""
+        assert self._texts is not None
+        ((result,), _) = conclude([finding], self._rules, self._texts)
+        lines = (result.note, result.message, result.hint)
+        return "\n".join([f"{result.function}: {result.outcome.value}", *filter(None, lines)])
+
+    def pytest_collectreport(self, report: pytest.CollectReport) -> None:
+        """Note that a file of checks cannot be read."""
+        if report.failed:
+            self.failure = report.longreprtext
+
+    def pytest_internalerror(self, excrepr: object) -> None:
+        """Note that pytest has failed."""
+        self.failure = str(excrepr)
+
+
+def _check_id(item: pytest.Item) -> str:
+    if _CHECK not in item.stash:
+        marker = item.get_closest_marker("check")
+        if marker is None:
+            raise PytestError(f"{item.nodeid} has no check marker")
+        item.stash[_CHECK] = str(marker.args[0])
+    return item.stash[_CHECK]
+
+
+def _finding(item: pytest.Item, error: BaseException | None, seconds: float) -> Finding:
+    student = item.stash.get(_STUDENT, None)
+    outcome, verdict, location = outcome_of(error)
+    document = getattr(getattr(item, "function", None), "__doc__", None) or item.name
+    return Finding(
+        check=_check_id(item),
+        title=document.strip().splitlines()[0],
+        outcome=outcome,
+        verdict=verdict,
+        location=location,
+        todo=student.todo if student else frozenset(),
+        output=student.output[:MAX_OUTPUT] if student and outcome in _PRINTING else "",
+        seconds=seconds,
+        evidence=error.evidence if isinstance(error, (Wrong, Fatal)) else Evidence(),
+        remarks=tuple(student.remarks) if student else (),
+        testimony=student.testimony.parts if student else {},
+    )
+
+
+def _raised(item: pytest.Function) -> Exception | None:
+    try:
+        item.obj(item.stash[_STUDENT])
+    except Exception as error:  # as with pytest, whatever it is becomes the finding
+        return error
+    return None
+
+
+def _out_of_memory() -> str:
+    """Return how many processes the kernel has killed for want of memory; "" when it hides it."""
+    with contextlib.suppress(OSError):
+        lines = Path("/proc/vmstat").read_text(encoding="ascii").splitlines()
+        return next((line for line in lines if line.startswith("oom_kill ")), "")
+    return ""

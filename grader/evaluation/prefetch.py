@@ -1,0 +1,96 @@
+"""Pictures drawn beside the checks of functions, by a thread of their own.
+
+A picture waits until all that it needs has passed its own checks: what loops, or is not written, is
+known by then, and is never drawn ahead. What is not begun when its turn comes is run then: in the
+end both threads draw, from either side.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+
+from grader.course.exercises import Manifest
+from grader.evaluation.recognition import is_picture
+from grader.records import Outcome
+
+
+@dataclass(frozen=True)
+class Ran:
+    """What a check raised, and how long it took, seconds."""
+
+    error: Exception | None
+    seconds: float
+
+
+class Ahead:
+    """The pictures of one run; `run` runs a check by its id."""
+
+    def __init__(self, rules: Manifest, run: Callable[[str], Ran]) -> None:
+        self._rules, self._run = rules, run
+        self._pool = ThreadPoolExecutor(1)
+        self._waiting: dict[str, set[str]] = {}  # pictures, for the checks that are to pass
+        self._ready: list[str] = []
+        self._begun: dict[str, Future[Ran]] = {}
+        self._choosing = threading.Lock()
+
+    def order(self, checks: Sequence[str]) -> list[str]:
+        """Return the checks in the order to run them in, and begin to draw what waits for nothing.
+
+        Those that pictures wait for come first, what only a bonus needs behind: the later stages
+        take longest. Pictures come last.
+        """
+        rules = self._rules.checks()
+        functions = [name for name in checks if not is_picture(name)]
+        for name in filter(is_picture, checks):
+            exercises = {*self._rules.needed(rules[name]), rules[name].exercise}
+            self._waiting[name] = {each for each in functions if rules[each].exercise in exercises}
+        awaited = set[str]().union(*self._waiting.values())
+        self._begin()
+
+        def place(name: str) -> tuple[bool, bool, bool]:
+            if is_picture(name):
+                return True, False, False
+            return False, name not in awaited, self._rules.exercise(rules[name].exercise).bonus
+
+        return sorted(checks, key=place)
+
+    def heard(self, check: str, outcome: Outcome) -> None:
+        """Draw what has waited for this check alone; never ahead what it has not passed for."""
+        for name, awaited in list(self._waiting.items()):
+            if check in awaited and outcome is not Outcome.PASSED:
+                del self._waiting[name]
+            awaited.discard(check)
+        self._begin()
+
+    def result(self, check: str) -> Ran | None:
+        """Wait for a check that was begun; None when it was not, and no more will be."""
+        with self._choosing:
+            self._waiting.pop(check, None)
+            if check in self._ready:
+                self._ready.remove(check)
+        return self._begun[check].result() if check in self._begun else None
+
+    def close(self) -> None:
+        """Begin nothing more; what runs ends with the worker that draws it."""
+        self._pool.shutdown(wait=False, cancel_futures=True)
+
+    def _begin(self) -> None:
+        ready = [name for name, awaited in self._waiting.items() if not awaited]
+        with self._choosing:
+            for name in ready:
+                del self._waiting[name]
+            self._ready += ready
+        for _ in ready:
+            self._pool.submit(self._draw)
+
+    def _draw(self) -> None:
+        """Draw one picture that is ready: the last one, since later stages take longer."""
+        with self._choosing:
+            if not self._ready:
+                return
+            name = self._ready.pop()
+            self._begun[name] = Future()
+        self._begun[name].set_result(self._run(name))

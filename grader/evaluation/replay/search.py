@@ -1,0 +1,70 @@
+"""Who is at fault when a ray does not meet what it should."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from grader.evaluation.replay.case import FAR_T, Case, Fault, far
+from grader.evaluation.replay.probe import SPHERE
+from grader.evaluation.replay.ray_tree import Alone, Hit
+
+_PLANE = 2
+_OFF = 1e-2  # scene units: a point that is farther from a surface does not lie on it
+
+
+def astray(case: Case, ray: Any, alone: tuple[Alone, ...], depth: int) -> Iterator[Fault]:
+    """Hold what each object says of a ray against the ray, and against the object itself."""
+    for each in alone:
+        if each.spoilt:
+            yield Fault("miss", case.shape(each.index), depth)
+        elif each.hit is not None and _astray(case, ray, each.index, each.hit):
+            yield Fault("met", case.shape(each.index), depth)
+
+
+def _astray(case: Case, ray: Any, index: int, hit: Hit) -> bool:
+    """Return whether a hit is out of the ray's range, or not on its sphere or plane."""
+    if not ray["tmin"] <= hit.t <= ray["tmax"]:
+        return True
+    each, point = case.probe.content.objects[index], ray["orig"] + hit.t * ray["dir"]
+    if each["type"] == SPHERE:
+        away = np.linalg.norm(point - each["center"]) - each["radius"]
+    elif each["type"] == _PLANE:
+        away = point @ each["normal"] + each["dist"]
+    else:
+        return False
+    return not abs(away) <= _OFF * (1 + np.abs(point).max())
+
+
+def nearest(alone: tuple[Alone, ...]) -> Hit | None:
+    """Return the nearest of the hits that objects give when they are asked alone."""
+    hits = [each.hit for each in alone if each.hit is not None]
+    return min(hits, key=lambda each: each.t, default=None)
+
+
+def index_of(alone: tuple[Alone, ...], hit: Hit) -> int:
+    """Return the index of the object that gave a hit."""
+    return next(each.index for each in alone if each.hit is hit)
+
+
+def guilty(case: Case, ray: Any, right: Hit | None) -> str:
+    """Say what kept the nearest hit, `right`, from being found: the exercise.
+
+    It is an object's own function, or the search: the octree's, or that of the plain list.
+    """
+    for index in case.probe.careless(ray, None if right is None else right.t):
+        return case.shape(index)
+    if not case.probe.on("octree"):
+        return "TP2.5"
+    with case.probe.instead(octree=False):
+        hit = case.probe.nearest(ray)
+    return "TP4.B1" if same(hit, right) else "TP2.5"
+
+
+def same(hit: Hit | None, other: Hit | None) -> bool:
+    """Return whether two hits are at the same distance, or none is one."""
+    if hit is None or other is None:
+        return hit is other
+    return not far(hit.t, other.t, FAR_T)

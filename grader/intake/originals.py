@@ -1,0 +1,77 @@
+"""The given files and the skeleton, as they were handed out.
+
+A student works in `core_c/`, where the given files lie beside their own: once edited there, the
+original is gone. The package therefore keeps a copy of what was handed out in one archive, made by
+`make skeleton`. Where the solution is (not in a student's copy, whose `reference/` holds expected
+data only), `core_c/` is the source of that archive, and is what others are judged with.
+"""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+
+from grader.course import exercises as manifest
+from grader.records import Told
+
+PACK = manifest.PACKAGE / "intake" / "originals.zip"
+REFERENCE = manifest.ROOT / "reference"
+
+
+class OriginalsError(Told):
+    """A file that was handed out cannot be read: the machine's fault."""
+
+
+def names() -> tuple[str, ...]:
+    """Return the names of the given files, then of the skeleton's."""
+    rules = manifest.load()
+    return (*rules.given, *rules.student)
+
+
+def read(in_place: bool) -> Mapping[str, bytes]:
+    """Return the files that were handed out, by name. `in_place`: core_c itself is judged.
+
+    Raises OriginalsError.
+    """
+    return _from_pack(PACK) if in_place or not has_solution() else from_core()
+
+
+def has_solution() -> bool:
+    """Whether the solution lies beside the grader: never in a student's copy."""
+    return all((REFERENCE / name).is_file() for name in manifest.load().student)
+
+
+def from_core() -> dict[str, bytes]:
+    """Return the files of core_c/. Raises OriginalsError."""
+    found = {}
+    for name in names():
+        try:
+            found[name] = (manifest.CORE / name).read_bytes()
+        except OSError as error:
+            raise OriginalsError(
+                "machine.given_missing", name=f"core_c/{name}", error=error.strerror
+            ) from error
+    return found
+
+
+def packed(files: Mapping[str, bytes]) -> bytes:
+    """Return an archive of the files, the same bytes on every machine: stored, without dates."""
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_STORED) as archive:
+        for name, content in sorted(files.items()):
+            archive.writestr(zipfile.ZipInfo(name), content)
+    return out.getvalue()
+
+
+@cache
+def _from_pack(path: Path) -> Mapping[str, bytes]:
+    try:
+        with zipfile.ZipFile(path) as archive:
+            return {name: archive.read(name) for name in names()}
+    except (OSError, KeyError, zipfile.BadZipFile) as error:
+        raise OriginalsError(
+            "machine.given_missing", name=f"grader/intake/{path.name}", error=error
+        ) from error

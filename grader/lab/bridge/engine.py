@@ -1,0 +1,251 @@
+"""The student's code in processes of its own: built when it was saved, started again when it dies.
+
+A session for each picture size, since the size is chosen when compiling. Whatever goes wrong
+raises `Stopped` with what to show, and the next call starts afresh.
+"""
+
+from __future__ import annotations
+
+import atexit
+import os
+import weakref
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, TypeVar
+
+from grader.build.builder import build
+from grader.checking.shapes import Size
+from grader.evaluation import remarks as notes
+from grader.execution import session as runner
+from grader.execution.session import Session
+from grader.execution.worker_process import (
+    Died,
+    Limits,
+    MachineError,
+    Missing,
+    Process,
+    start_worker,
+)
+from grader.intake.submission import read_submission
+from grader.lab.display import error_cards as complaints
+from grader.lab.display.links import outputs
+from grader.lab.display.stopped import Stopped, display
+from grader.lab.display.words import texts
+from grader.records import BindError, BuildResult, BuildStatus, Cause, Submission, Target, Told
+
+T = TypeVar("T")
+
+SECONDS = 20.0  # of one call; a whole picture may be asked for
+SECONDS_AGAIN = 3.0  # once a call has run out of time, until the files change
+MOST_SESSIONS = 3
+SOURCES = (".c", ".h")
+
+
+Marks = tuple[tuple[str, int, int], ...]  # of files: name, date, size
+
+
+def marks(folder: Path) -> Marks:
+    """Return what changes when a C file of the folder is saved."""
+    try:
+        with os.scandir(folder) as entries:
+            found = [(each.name, each.stat()) for each in entries if each.name.endswith(SOURCES)]
+    except OSError:
+        return ()
+    return tuple(sorted((name, stat.st_mtime_ns, stat.st_size) for name, stat in found))
+
+
+@dataclass
+class Stage:
+    """A session for one picture size, and what it was started with."""
+
+    core: runner.Core
+    session: Session
+    closing: ExitStack
+    placed: object = None  # what the scene was last set to; Core compares it
+    options: dict[str, Any] = field(default_factory=dict)  # that were last set
+    defaults: Any = None  # C's own, as an array
+
+
+@dataclass
+class Saved:
+    """The student's files as they were last read."""
+
+    marks: Marks = ()
+    files: Mapping[str, bytes] = field(default_factory=dict)
+
+
+_latest: list[weakref.ref[Engine]] = []
+
+
+def last_engine() -> Engine | None:
+    """Return the engine that was made last, if it is still in use."""
+    return _latest[-1]() if _latest else None
+
+
+class Engine:
+    """The builds and the sessions of one folder of C files."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.seconds = SECONDS
+        self.before = Saved()  # the files as they were before they were last changed
+        self.now = Saved()
+        self.errors = ""  # the compiler's, of the files as they are
+        self._again = False
+        self._said: tuple[str, ...] = ()
+        self._builds: dict[Target, BuildResult] = {}
+        self._stages: dict[Target, Stage] = {}
+        self._stack = ExitStack()
+        self._worker: Process | None = None
+        self._cores: dict[str, runner.Core] = {}  # by library, of this worker
+        _latest[:] = [weakref.ref(self)]
+        atexit.register(self.close)  # the sessions end before their worker
+
+    def close(self) -> None:
+        """End the sessions and their worker."""
+        self._drop_all()
+        self._stack.close()
+        self._cores.clear()
+        self._worker = None
+
+    def run(self, size: Size, call: str, act: Callable[[Stage], T], counted: bool = False) -> T:
+        """Let `act` use a session; `call` is the C call, for messages. Raises Stopped.
+
+        `counted`: that of the library which counts the tests of objects.
+        """
+        target = Target(*size, counted=counted)
+        stage = self.stage(target)
+        try:
+            with self._telling(call):
+                return self._acted(target, stage, act)
+        except KeyboardInterrupt:
+            death = stage.session.interrupt()
+            self._drop(target)
+            raise Stopped(complaints.interrupted(self.folder, call, death), by_hand=True) from None
+
+    def _acted(self, target: Target, stage: Stage, act: Callable[[Stage], T]) -> T:
+        try:
+            try:
+                return act(stage)
+            finally:
+                complaints.tell_printed(stage.session)
+        except Died as error:
+            self._drop(target)
+            self._again |= error.death.cause is Cause.TIMEOUT
+            raise
+
+    def stage(self, target: Target) -> Stage:
+        """Return the session of a target, built and started if need be. Raises Stopped."""
+        self.refresh()
+        try:
+            with self._telling(""):
+                if target not in self._stages:
+                    self._start(target)
+        except KeyboardInterrupt:
+            raise Stopped(complaints.sentence("lab.build_stopped"), by_hand=True) from None
+        return self._stages[target]
+
+    @contextmanager
+    def apart(self, target: Target, call: str) -> Iterator[tuple[runner.Core, Session]]:
+        """Lend a session that is not kept, for what changes the scene by hand. Raises Stopped."""
+        self.refresh()
+        with self._telling(call):
+            core = self._core(self._judged(target))
+            with core.session(Limits(cpu=self.limit, each_call=True)) as session:
+                yield core, session
+
+    @contextmanager
+    def _telling(self, call: str) -> Iterator[None]:
+        """Turn what can go wrong in a C call ("": while it is made ready) into Stopped."""
+        try:
+            yield
+        except Died as error:
+            raise Stopped(complaints.died(self.folder, call, error.death)) from None
+        except Missing as error:
+            raise Stopped(complaints.sentence("failure.missing", name=error.name)) from None
+        except Told as error:
+            raise Stopped(complaints.sentence(error.key, **error.values)) from None
+        except (BindError, MachineError) as error:
+            self.close()
+            raise Stopped(complaints.sentence("machine.failed", detail=error)) from None
+
+    @property
+    def limit(self) -> float:
+        """Seconds that a call may take."""
+        return min(self.seconds, SECONDS_AGAIN) if self._again else self.seconds
+
+    def refresh(self) -> bool:
+        """Look whether a file was saved; forget what was built of the old ones if so."""
+        found = marks(self.folder)
+        if found == self.now.marks and self._builds:
+            return False
+        try:
+            submission = read_submission(self.folder)
+        except Told as error:
+            raise Stopped(complaints.sentence(error.key, **error.values)) from None
+        if submission.files != self.now.files:
+            self.before, self.now = self.now, Saved(found, submission.files)
+            self.errors, self._again = "", False
+            self._builds.clear()
+            self.close()
+        self.now.marks = found
+        self._submission = submission
+        return True
+
+    def _judged(self, target: Target) -> BuildResult:
+        """Return what was built, with all the student's files. Raises Stopped."""
+        result = self._built(target)
+        if result.status is not BuildStatus.BUILT or result.rejected:
+            self.errors = result.log
+            raise Stopped(complaints.not_built(self.folder, result))
+        return result
+
+    def _start(self, target: Target) -> None:
+        result = self._judged(target)
+        while len(self._stages) >= MOST_SESSIONS:
+            self._drop(next(iter(self._stages)))
+        core = self._core(result)
+        closing = ExitStack()
+        limits = Limits(cpu=self.limit, each_call=True)
+        session = closing.enter_context(core.session(limits))
+        self._stages[target] = Stage(core, session, closing)
+
+    def _built(self, target: Target) -> BuildResult:
+        if target not in self._builds:
+            self._started()
+            (result,) = build(self._submission, [target], outputs() / "cache")
+            self._builds[target] = result
+            self._tell(self._submission, result)
+        return self._builds[target]
+
+    def _tell(self, submission: Submission, result: BuildResult) -> None:
+        """Say what is odd about the files as a whole, once."""
+        said = tuple(notes.notes(submission, [result], True, texts()))
+        if said != self._said:
+            self._said = said
+            for each in said:
+                display(complaints.remark(each))
+
+    def _core(self, result: BuildResult) -> runner.Core:
+        """Return a library made known to the worker."""
+        # Declared once: its file would be written again under the sessions that have it loaded.
+        if result.library not in self._cores:
+            self._cores[result.library] = runner.Core(self._started(), result)
+        return self._cores[result.library]
+
+    def _started(self) -> Process:
+        """Return the worker of these files; it starts while they are compiled."""
+        if self._worker is None:
+            self._worker = self._stack.enter_context(start_worker())
+        return self._worker
+
+    def _drop(self, target: Target) -> None:
+        stage = self._stages.pop(target, None)
+        if stage is not None:
+            stage.closing.close()
+
+    def _drop_all(self) -> None:
+        for target in list(self._stages):
+            self._drop(target)

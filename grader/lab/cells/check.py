@@ -1,0 +1,211 @@
+"""check("TP2.4"): the grader's own checks of an exercise, on the files as they are saved."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+
+from grader.checking.shapes import Size
+from grader.course import exercises as manifest
+from grader.course.exercises import Exercise
+from grader.course.sizes import sizes_for
+from grader.evaluation.grading import conclude
+from grader.execution.libraries import Workshop
+from grader.execution.worker_process import MachineError
+from grader.intake.submission import read_submission
+from grader.lab.bridge.engine import marks
+from grader.lab.display import error_cards as complaints
+from grader.lab.display.card import Shown, card, code, escape, fold, stack
+from grader.lab.display.links import core_folder, outputs
+from grader.lab.display.picture import tag
+from grader.lab.display.stopped import Stopped
+from grader.lab.display.words import say, texts
+from grader.lab.inspector.jump import Checked, pointed
+from grader.records import (
+    BindError,
+    CheckResult,
+    ExerciseResult,
+    Outcome,
+    Pixel,
+    PytestError,
+    SelectionError,
+    Told,
+)
+
+SYMBOLS = {
+    Outcome.PASSED: "✓",
+    Outcome.FAILED: "✗",
+    Outcome.TODO: "○",
+    Outcome.CRASHED: "✗",
+    Outcome.TIMEOUT: "✗",
+    Outcome.BLOCKED: "○",
+    Outcome.ERROR: "?",
+}
+_CALM = (Outcome.TODO, Outcome.BLOCKED)
+HINTS = (2, 3)
+
+
+@dataclass(frozen=True)
+class Judged:
+    """An exercise and its checks, in the language of the notebook."""
+
+    result: ExerciseResult
+    checks: tuple[CheckResult, ...]
+
+
+class Judge:
+    """What the checks of this notebook share: the builds of the files as they were last saved."""
+
+    def __init__(self) -> None:
+        self.done: dict[str, Judged] = {}  # by exercise, of this session
+        self._key: object = None
+        self._workshop: Workshop | None = None
+        self._stack = ExitStack()
+
+    def judge(self, exercise: Exercise) -> Judged:
+        """Run the checks of an exercise. Raises Stopped."""
+        from grader.evaluation.plugin import run_checks
+
+        try:
+            workshop = self._open(core_folder(), sizes_for(exercise.tp))
+            keyword = " or ".join(_test(each.id) for each in exercise.checks)
+            rules = manifest.load()
+            findings = run_checks(workshop, rules, exercise.tp, keyword)
+        except Told as error:
+            raise Stopped(complaints.sentence(error.key, **error.values)) from None
+        except (BindError, MachineError, PytestError, SelectionError) as error:
+            self.close()
+            raise Stopped(complaints.sentence("machine.failed", detail=error)) from None
+        rejected = {
+            name: texts().say(verdict.key, **verdict.values)
+            for name, verdict in workshop.rejected.items()
+        }
+        checks, results = conclude(findings, rules, texts(), rejected=rejected)
+        result = next(each for each in results if each.id == exercise.id)
+        judged = Judged(result, tuple(each for each in checks if each.exercise == exercise.id))
+        self.done[exercise.id] = judged
+        return judged
+
+    def close(self) -> None:
+        """Forget the builds, and end their workers."""
+        self._stack.close()
+        self._workshop = self._key = None
+
+    def _open(self, folder: Path, sizes: Sequence[Size]) -> Workshop:
+        key = (folder, marks(folder), tuple(sizes))
+        if self._workshop is None or key != self._key:
+            self.close()
+            submission = read_submission(folder)
+            workshop = Workshop(submission, sizes, outputs() / "cache")
+            self._workshop, self._key = self._stack.enter_context(workshop), key
+        return self._workshop
+
+
+JUDGE = Judge()
+
+
+def check(*exercises: str) -> Checked:
+    """Run the grader's checks of exercises, such as "TP2.4"; return what they say.
+
+    The files are judged as they are saved. Raises Stopped, for an exercise that does not exist too.
+    """
+    judged = [JUDGE.judge(_exercise(each)) for each in exercises]
+    whole = stack([_shown(each) for each in judged])
+    pixels = tuple(pixel for each in judged for pixel in _pixels(each.checks)[:1])
+    return Checked(whole.html, whole.text, pixels)
+
+
+def _exercise(name: str) -> Exercise:
+    rules = manifest.load()
+    try:
+        exercise = rules.exercise(name.upper())
+    except KeyError:
+        known = ", ".join(each.id for each in rules.exercises if each.checks)
+        raise Stopped(complaints.sentence("lab.no_exercise", name=name, known=known)) from None
+    if not exercise.checks:
+        raise Stopped(complaints.sentence("lab.no_checks", name=exercise.id))
+    return exercise
+
+
+def _test(check: str) -> str:
+    """Return the name of the test that is a check."""
+    return "test_" + check.partition(".")[2].replace(".", "_")
+
+
+def _shown(judged: Judged) -> Shown:
+    result = judged.result
+    head = say(
+        "judged",
+        symbol=SYMBOLS[result.outcome],
+        id=result.id,
+        function=result.function,
+        title=result.title,
+        outcome=texts().say(f"outcome.{result.outcome.value}"),
+        points=_points(result),
+    )
+    parts = [Shown(f"<b>{escape(head)}</b>", head)]
+    if result.outcome in _CALM:
+        notes = [each.note for each in judged.checks if each.note]
+        calm = notes[0] if notes else say("to_do", file=result.file)
+        parts.append(Shown(f"<p>{escape(calm)}</p>", calm))
+    else:
+        parts += _checks(judged.checks)
+    inside = stack(parts)
+    tone = "good" if result.outcome is Outcome.PASSED else "plain"
+    tone = tone if result.outcome in (Outcome.PASSED, *_CALM) else "bad"
+    return card(inside.html, inside.text.replace("\n\n", "\n"), tone)
+
+
+def _points(result: ExerciseResult) -> str:
+    number = texts().number
+    return f"{number(result.points / 100)} / {number(result.max_points / 100)}"
+
+
+def _checks(checks: Sequence[CheckResult]) -> list[Shown]:
+    """Tell the first check that fails in full, the others by a line; and one pixel of a picture."""
+    parts: list[Shown] = []
+    in_full = next((each for each in checks if each.outcome not in (Outcome.PASSED, *_CALM)), None)
+    for each in checks:
+        outcome = texts().say(f"outcome.{each.outcome.value}")
+        line = say("checked", symbol=SYMBOLS[each.outcome], title=each.title, outcome=outcome)
+        parts.append(Shown(f"<div>{escape(line)}</div>", line))
+        if each.note:
+            parts.append(Shown(f"<p>{escape(each.note)}</p>", f"  {each.note}"))
+        if each is in_full:
+            parts.append(explained(each))
+    return parts + [pointed(pixel) for pixel in _pixels(checks)[:1]]
+
+
+def _pixels(checks: Sequence[CheckResult]) -> list[Pixel]:
+    """Return the pixels to look at, of the pictures that are wrong."""
+    return [each.pixel for each in checks if each.pixel is not None]
+
+
+def explained(result: CheckResult) -> Shown:
+    """Return what is wrong, a question, the hints to unfold, and the pictures."""
+    lines = [line for line in (result.message, result.hint) if line]
+    inside = "".join(f"<p>{escape(line)}</p>" for line in lines)
+    for level in HINTS:
+        hint = texts().get(f"hint.{result.id}.{level}") if result.hint else ""
+        inside += fold(say("hint", level=level), f"<p>{escape(hint)}</p>") if hint else ""
+    if result.output:
+        inside += escape(texts().say("report.printed")) + code(result.output)
+    if result.reproducer:
+        inside += fold(say("reproducer"), code(result.reproducer))
+    inside += _pictures(result)
+    text = "\n".join(f"  {line}" for line in lines)
+    return Shown(f'<div style="margin-left:1.2em">{inside}</div>', text)
+
+
+def _pictures(result: CheckResult) -> str:
+    figures = []
+    for role, content in result.images.items():
+        name = texts().get(f"lab.role.{role}", role)
+        shown = tag(content, say("picture_of", role=name, title=result.title))
+        figures.append(
+            f'<figure style="display:inline-block;margin:.4em .8em .4em 0">{shown.html}'
+            f"<figcaption>{escape(name)}</figcaption></figure>"
+        )
+    return "".join(figures)

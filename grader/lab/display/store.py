@@ -1,0 +1,44 @@
+"""Small files in build/lab/: written whole, and read back even when they were damaged."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from grader.lab.display.links import outputs
+
+
+def read(name: str) -> dict[str, Any]:
+    """Return the content of a file; a damaged one is set aside, and nothing is known."""
+    path = _path(name)
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except OSError:
+        return {}
+    except ValueError:
+        content = None
+    if not isinstance(content, dict):
+        path.replace(path.with_suffix(".damaged"))
+        return {}
+    return content
+
+
+def write(name: str, content: dict[str, Any]) -> None:
+    """Write a file of build/lab/. Raises OSError."""
+    write_json(_path(name), content)
+
+
+def write_json(path: Path, content: dict[str, Any]) -> None:
+    """Write a file whole: others find the old one or the new one. Raises OSError."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, part = tempfile.mkstemp(dir=path.parent, suffix=".part")
+    with os.fdopen(handle, "w", encoding="utf-8") as out:
+        json.dump(content, out, ensure_ascii=False, indent=1)
+    os.replace(part, path)
+
+
+def _path(name: str) -> Path:
+    return outputs() / "lab" / name

@@ -1,0 +1,308 @@
+"""Drawings for TP5's notebook: Fresnel's curves, samples of a pixel, refraction, a fractal.
+
+Those that take `core` draw what the student's own functions answer.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.axes import Axes
+
+from grader.lab.bridge.core import Core
+from grader.lab.display.card import Shown, table
+from grader.lab.display.picture import draw, figure, new_figure, show
+from grader.lab.display.plots import (
+    BLUE,
+    GREEN,
+    GREY,
+    LIGHT,
+    ORANGE,
+    RED,
+    SKY,
+    digits,
+    number,
+    sentence,
+)
+
+Array = npt.NDArray[Any]
+Zone = tuple[int, int, int, int]  # first column, first row, columns, rows
+
+COARSE = (160, 90)  # pixels: enough for maps that need many calls
+ANGLES = np.linspace(0, 90, 181)  # degrees from the normal
+# Refraction indices; and reflectances at normal incidence of metals (linear RGB, rounded).
+INDICES = {"tp5.water": 1.33, "tp5.glass": 1.5, "tp5.diamond": 2.42}
+GOLD, SILVER = (1.0, 0.77, 0.34), (0.95, 0.93, 0.88)
+HALF = 0.5  # of the light: there a floor counts as a mirror
+FRAME = (640, 360)  # pixels of the picture whose zones these are
+EDGE: Zone = (148, 76, 56, 42)  # the red ball of scene 0
+HIGHLIGHT: Zone = (179, 99, 16, 12)  # on that ball
+GLASS: Zone = (196, 124, 56, 42)  # the ball of glass of scene 7
+SIDES, BEST = (1, 2, 3, 4, 6, 8), 20  # samples per side of a pixel; those of the truth
+AIR = 1.0
+
+
+# ---- Fresnel ------------------------------------------------------------------------------------
+
+
+def _schlick(core: Core, kr: npt.ArrayLike, degrees: Array) -> Array:
+    """Return the student's fresnel_schlick for angles from the normal, shape (n, 3)."""
+    turn = np.radians(degrees)
+    view = np.stack([np.sin(turn), np.cos(turn), np.zeros_like(turn)], axis=-1)
+    return np.asarray(core.fresnel_schlick(kr, (0, 1, 0), view))
+
+
+def _exact(index: float, degrees: Array) -> Array:
+    """Return what Fresnel's own equations give for a transparent material, unpolarised light."""
+    turn = np.radians(degrees)
+    into = np.sqrt(1 - (np.sin(turn) / index) ** 2)
+    across = (np.cos(turn) - index * into) / (np.cos(turn) + index * into)
+    along = (into - index * np.cos(turn)) / (into + index * np.cos(turn))
+    share: Array = (across**2 + along**2) / 2
+    return share
+
+
+def reflectances(core: Core) -> Shown:
+    """Show what the student's reflectance gives for materials in air, in %."""
+    rows = []
+    for key, index in INDICES.items():
+        share = 100 * core.reflectance(AIR, index)
+        rows.append([sentence(key), number(index, 2), f"{number(share, 1)} %"])
+    heads = [sentence("tp5.material"), "n2", "reflectance(1, n2)"]
+    return table(heads, rows)
+
+
+def fresnel_curves(core: Core) -> Shown:
+    """Draw the student's fresnel_schlick by the angle: transparent materials, then metals."""
+    drawn, (clear, metal) = new_figure(2, 1, (9.5, 4), sharey=True)
+    styles = ((SKY, ":"), (BLUE, "-"), (GREEN, "--"))
+    told = []
+    for (key, index), (color, style) in zip(INDICES.items(), styles, strict=True):
+        kr = core.reflectance(AIR, index)
+        curve = _schlick(core, (kr, kr, kr), ANGLES)[:, 0]
+        clear.plot(ANGLES, curve, color=color, ls=style, lw=2, label=sentence(key))
+        told.append(f"{sentence(key)} {number(float(curve[0]), 3)}")
+    exact = _exact(INDICES["tp5.glass"], ANGLES)
+    clear.plot(ANGLES, exact, color="black", lw=0.8, label=sentence("tp5.exact"))
+    for channel, (key, color) in enumerate((("red", RED), ("green", GREEN), ("blue", BLUE))):
+        for kr_metal, style in ((GOLD, "-"), (SILVER, ":")):
+            name = sentence("tp5.gold" if kr_metal is GOLD else "tp5.silver")
+            curve = _schlick(core, kr_metal, ANGLES)[:, channel]
+            label = f"{name}, {sentence(f'plot.{key}')}"
+            metal.plot(ANGLES, curve, color=color, ls=style, lw=2, label=label)
+            if kr_metal is GOLD:  # in grey only their places tell its components apart
+                metal.text(4, curve[0] - 0.06, "xyz"[channel], weight="bold")
+    clear.set(ylabel=sentence("tp5.share"), ylim=(-0.03, 1.03))
+    for each in (clear, metal):
+        each.set(xlabel=sentence("tp5.angle"), xlim=(0, 90))
+        each.legend(fontsize=7)
+    return figure(drawn, sentence("tp5.curves_alt", told=" ; ".join(told)))
+
+
+def floor_map(core: Core) -> Shown:
+    """Map the share that each pixel of scene 0 mirrors; a line where it is one half."""
+    core.scene(0)
+    (width, height), (columns, rows) = core.size, COARSE
+    x, y = np.meshgrid(np.arange(columns) + 0.5, np.arange(rows) + 0.5)
+    rays = core.camera_ray(x * width / columns, y * height / rows)
+    hits = core.nearest_hit(rays)
+    shares = np.full(hits.shape, np.nan)
+    if hits.hit.any():
+        met = hits[hits.hit]
+        found = core.fresnel_schlick(met.material.data["kr"], met.normal, -rays[hits.hit].dir)
+        shares[hits.hit] = np.asarray(found).mean(axis=-1)
+    drawn, axes = new_figure(1, 1, (7, 4))
+    draw(axes, shares, sentence("tp5.map_title"), label=sentence("tp5.share"), limits=(0, 1))
+    known = np.nan_to_num(shares)
+    if known.min() < HALF < known.max():
+        axes.contour(known, levels=[HALF], colors="white", linewidths=1.5)
+    told = number(100 * float(np.mean(known > HALF)), 1)
+    return figure(drawn, sentence("tp5.map_alt", share=told))
+
+
+def probe(core: Core, i: int = 100, j: int = 200) -> Shown:
+    """Show a pixel of scene 0, and where its angle stands on its material's curve."""
+    core.scene(0)
+    picture = core.render(scene=0)
+    ray = core.camera_ray(i + 0.5, j + 0.5)
+    hit = core.nearest_hit(ray)
+    drawn, (seen, curve) = new_figure(2, 1, (9.5, 3.6), width_ratios=(1.4, 1))
+    draw(seen, picture, f"(i, j) = ({i}, {j})")
+    seen.plot(i, j, "+", color="white", ms=16, mew=3)
+    seen.plot(i, j, "+", color="black", ms=14, mew=1)
+    curve.set(xlim=(0, 90), ylim=(-0.03, 1.03), xlabel=sentence("tp5.angle"))
+    curve.set_ylabel(sentence("tp5.share"))
+    if not hit:
+        curve.set_title(sentence("tp5.sky"))
+        return figure(drawn, sentence("tp5.probe_alt", i=i, j=j, found=sentence("tp5.sky")))
+    kr = hit.material.kr
+    cosine = -float(np.dot(ray.dir, hit.normal) / np.linalg.norm(ray.dir))
+    angle = float(np.degrees(np.arccos(np.clip(cosine, 0, 1))))
+    share = float(_schlick(core, kr, np.array([angle])).mean())
+    curve.plot(ANGLES, _schlick(core, kr, ANGLES).mean(axis=1), color=BLUE, lw=2)
+    curve.plot(angle, share, "o", color=ORANGE, mec="black", ms=10)
+    values = {"kr": number(float(np.mean(kr)), 2), "angle": number(angle, 0)}
+    found = sentence("tp5.found", share=number(share, 2), **values)
+    curve.set_title(found, fontsize=10)
+    return figure(drawn, sentence("tp5.probe_alt", i=i, j=j, found=found))
+
+
+# ---- Samples ------------------------------------------------------------------------------------
+
+
+def _grid(zone: Zone) -> tuple[Array, Array]:
+    """Return the columns and the rows of the pixels of a zone, each of shape (rows, columns)."""
+    i0, j0, columns, rows = zone
+    i, j = np.meshgrid(np.arange(i0, i0 + columns), np.arange(j0, j0 + rows))
+    return i, j
+
+
+def _corners(zone: Zone) -> Zone:
+    """Return the first column and row of a zone, and the last ones."""
+    i0, j0, columns, rows = zone
+    return (i0, j0, i0 + columns - 1, j0 + rows - 1)
+
+
+def _placed(zone: Zone, colors: Array) -> Array:
+    """Return a whole picture that holds the colours of a zone, black elsewhere."""
+    picture = np.zeros((FRAME[1], FRAME[0], 3))
+    picture[_grid(zone)[::-1]] = colors
+    return picture
+
+
+def _averaged(core: Core, zone: Zone, side: int) -> Array:
+    """Return the student's pixel_color of a zone of the scene in use, `side` x `side` samples."""
+    core.options(samples=side)
+    try:
+        return np.asarray(core.pixel_color(*_grid(zone), size=FRAME))
+    finally:
+        core.options()
+
+
+def edges(core: Core, samples: int = 1) -> Shown:
+    """Show the red ball of scene 0, pixel by pixel, as the student's pixel_color draws it."""
+    core.scene(0)
+    picture = _placed(EDGE, _averaged(core, EDGE, samples))
+    title = sentence("tp5.edges_title", side=samples, count=samples**2)
+    return show(
+        picture, title, zoom=_corners(EDGE), grid=False, alt=sentence("tp5.edges_alt", title=title)
+    )
+
+
+def clamp_order(core: Core, side: int = 3) -> Shown:
+    """Compare two means of the same samples on a highlight: clamped before, clamped after."""
+    core.scene(0)
+    i, j = _grid(HIGHLIGHT)
+    place = (np.arange(side) + 0.5) / side
+    x = i[..., None, None] + place
+    y = j[..., None, None] + place[:, None]
+    rays = core.camera_ray(*np.broadcast_arrays(x, y), size=FRAME)
+    colors = np.asarray(core.trace_ray(rays, size=FRAME))
+    drawn, axes = new_figure(2, 1, (9.5, 4.2))
+    before = np.clip(colors, 0, 1).mean(axis=(2, 3))
+    after = np.clip(colors.mean(axis=(2, 3)), 0, 1)
+    whites = []
+    for each, picture, key in zip(axes, (before, after), ("before", "after"), strict=True):
+        placed = _placed(HIGHLIGHT, picture)
+        draw(each, placed, sentence(f"tp5.{key}"), zoom=_corners(HIGHLIGHT), grid=False)
+        whites.append(number(int((picture.min(axis=-1) > 0.99).sum()), 0))
+    top = number(float(colors.max()), 1)
+    drawn.suptitle(sentence("tp5.brightest", top=top), fontsize=10)
+    return figure(drawn, sentence("tp5.clamp_alt", before=whites[0], after=whites[1], top=top))
+
+
+def error_curve(core: Core, scene: int = 0) -> Shown:
+    """Draw the error of a zone of the picture against the number of samples, and its slope."""
+    zone = GLASS if scene == 7 else EDGE
+    core.scene(scene)
+    truth = _averaged(core, zone, BEST)
+    errors = [_rms(_averaged(core, zone, side) - truth) for side in SIDES]
+    counts = np.array([side**2 for side in SIDES])
+    drawn, (seen, curve) = new_figure(2, 1, (9.5, 3.8))
+    picture = _placed(zone, _averaged(core, zone, 2))
+    draw(seen, picture, sentence("tp5.zone", scene=scene), zoom=_corners(zone), grid=False)
+    curve.set(xlabel=sentence("tp5.samples"), ylabel=sentence("tp5.error"))
+    if min(errors) > 0:
+        slope = float(np.polyfit(np.log(counts), np.log(errors), 1)[0])
+        curve.loglog(counts, errors, "o-", color=BLUE)
+        curve.loglog(counts, errors[0] / np.sqrt(counts), ":", color=GREY, label="-1/2")
+        curve.loglog(counts, errors[0] / counts, "--", color=GREY, label="-1")
+        curve.set_xticks(counts, [str(each) for each in counts])
+        curve.set_xticks([], minor=True)
+        curve.legend(title=sentence("tp5.slopes"), fontsize=8)
+        title = sentence("tp5.slope", slope=number(slope, 2))
+    else:
+        title = sentence("tp5.no_error")
+    curve.set_title(title)
+    told = " ; ".join(digits(each, 2) for each in errors)
+    return figure(drawn, sentence("tp5.error_alt", scene=scene, errors=told, title=title))
+
+
+def _rms(difference: Array) -> float:
+    return float(np.sqrt(np.mean(np.square(difference, dtype=np.float64))))
+
+
+# ---- Refraction ---------------------------------------------------------------------------------
+
+
+def snell(core: Core, angle: int = 40, index: float = 1.5, inside: bool = False) -> Shown:
+    """Show a ray at a surface, and what the student's refracted_ray and reflected_ray make of it.
+
+    Parameters
+    ----------
+    angle : int
+        Between the ray and the normal, degrees.
+    index : float
+        Refraction index below the surface; 1 above.
+    inside : bool
+        Whether the ray comes from below.
+    """
+    up = -1.0 if inside else 1.0
+    turn = np.radians(angle)
+    arriving = np.array([np.sin(turn), -up * np.cos(turn), 0])
+    mat = core.material(refraction_index=index)
+    kinds = [("position", "f4", (3,)), ("normal", "f4", (3,)), ("mat", mat.data.dtype)]
+    point = np.zeros((), np.dtype(kinds))
+    point["normal"], point["mat"] = (0, 1, 0), mat.data
+    ray = core.ray(-arriving, arriving)
+    through, mirrored = core.refracted_ray(ray, point), core.reflected_ray(ray, point)
+    drawn, axes = new_figure(1, 1, (6.5, 4.4))
+    axes.axhspan(-1.3, 0, color=LIGHT[1])
+    axes.axvline(0, color=GREY, ls=":", lw=1)
+    _arrow(axes, -arriving, np.zeros(3), BLUE)
+    _arrow(axes, np.zeros(3), np.asarray(mirrored.dir), GREY, "--")
+    title = sentence("tp5.total")
+    if through is not None:
+        out = np.asarray(through.dir)
+        _arrow(axes, np.zeros(3), out, ORANGE)
+        bent = float(np.degrees(np.arctan2(out[0], -up * out[1])))
+        title = sentence("tp5.bent", angle=angle, out=number(bent, 1))
+    axes.text(-1.5, 1.1, "n = 1")
+    axes.text(-1.5, -1.2, f"n = {number(index, 2)}")
+    axes.set(xlim=(-1.6, 1.6), ylim=(-1.3, 1.3), aspect="equal", xticks=[], yticks=[], title=title)
+    return figure(
+        drawn, sentence("tp5.snell_alt", angle=angle, index=number(index, 2), title=title)
+    )
+
+
+def _arrow(axes: Axes, start: Array, end: Array, color: str, style: str = "-") -> None:
+    properties = {"arrowstyle": "->", "color": color, "lw": 2.5, "ls": style}
+    (x, y), (x0, y0) = end[:2], start[:2]
+    axes.annotate("", (x, y), (x0, y0), arrowprops=properties)
+
+
+# ---- A fractal ----------------------------------------------------------------------------------
+
+
+def fractal(core: Core, depth: int = 2) -> Shown:
+    """Draw what the student's populate_spheres puts on a ball, from nothing."""
+    core.scene(0)
+    lights = [core.light((-1.5, 4, 5), (2.4, 2.4, 2.4)), core.light((6, 3, 2.5), (1.3, 1.1, 0.9))]
+    core.set_scene([], lights, core.camera((1.1, 1.2, 1.7), (0, 0.25, 0)))
+    core.populate_spheres((0, 0, 0), 0.6, (0, 1, 0), depth)
+    content = core.scene()
+    count = len(content.objects)
+    title = sentence("tp5.fractal", depth=depth, count=number(count, 0))
+    return show(core.render(content), title, alt=title)

@@ -1,0 +1,132 @@
+"""The sentences of results.json that the terminal and the page share. Reads JSON only."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from datetime import datetime
+
+from grader.course.texts import Texts
+from grader.report.results import Row
+
+Line = tuple[str, str]  # text, rich style
+_EPOCH = "1970-01-01T00:00:00+00:00"
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What a report says as a whole."""
+
+    content: Row
+    texts: Texts
+
+    def age(self, source: Row) -> str:
+        """Return when a file was last written, counted from the grading."""
+        graded = datetime.fromisoformat(self.content["graded_at"])
+        seconds = int((graded - _moment(source)).total_seconds())
+        return self.texts.age(seconds, source["modified"][:10])
+
+    def when(self, moment: str) -> str:
+        """Return a moment as one tells it on the day of the grading: the hour, or the day too."""
+        if moment[:10] == self.content["graded_at"][:10]:
+            return f"{datetime.fromisoformat(moment):%H:%M}"
+        return self.date(moment)
+
+    def date(self, moment: str) -> str:
+        """Return a moment with its day."""
+        return datetime.fromisoformat(moment).strftime(self.texts.say("history.moment"))
+
+    def nearby(self) -> Iterator[Line]:
+        """Name other versions of the files, so that one sees which was judged."""
+        times = {each["name"]: each["modified"] for each in self.content["submission"]["sources"]}
+        for each in self.content["submission"]["nearby"]:
+            newer = _moment(each) > datetime.fromisoformat(times.get(each["name"], _EPOCH))
+            key = "report.newer_copy" if newer else "report.copy"
+            text = self.texts.say(key, path=each["path"], age=self.age(each))
+            yield text, "yellow" if newer else ""
+
+    def notes(self) -> Iterator[str]:
+        """Yield the notes of the checks, the same words once for all their exercises."""
+        notes: dict[str, dict[str, None]] = {}
+        for each in self.content["checks"]:
+            if each["note"]:
+                notes.setdefault(each["note"], {})[each["exercise"]] = None
+        yield from (f"{', '.join(ids)} - {note}" for note, ids in notes.items())
+
+    def unjudged(self) -> Iterator[Line]:
+        """Say which TPs this version cannot judge."""
+        tps = self.content["unjudged_tps"]
+        if tps:
+            key = "report.unjudged" if len(tps) > 1 else "report.unjudged_one"
+            yield self.texts.say(key, tps=", ".join(f"TP{tp}" for tp in tps)), ""
+
+    def points(self, points: float, maximum: float) -> str:
+        """Return "2,5 / 4"."""
+        return f"{self.texts.number(points)} / {self.texts.number(maximum)}"
+
+    def totals(self) -> Iterator[Line]:
+        """Say the total and the bonus, and what keeps them from being a mark."""
+        content, say = self.content, self.texts.say
+        if content["partial"]:
+            yield say("report.partial"), ""
+        if content["incomplete"]:
+            yield say("report.incomplete"), "magenta"
+        if not content["checks"]:
+            return
+        waiting = any(each["outcome"] == "blocked" for each in content["checks"])
+        key = "report.total_at_least" if waiting else "report.total"
+        yield say(key, points=self.points(content["score"], content["max_score"])), "bold"
+        if content["bonus"]:
+            points = self.points(content["bonus"], content["max_bonus"])
+            yield say("report.bonus_total", points=points), ""
+
+    def changes(self) -> Iterator[Line]:
+        """Say what changed since the last full run."""
+        say, number = self.texts.say, self.texts.number
+        for each in self.content["changes"]:
+            values = {"id": each["exercise"]}
+            values |= {key: number(each[key]) for key in ("was", "points")}
+            values |= {key: self.when(each[key]) for key in ("before", "since") if key in each}
+            style = {"fixed": "green", "broken": "yellow"}.get(each["kind"], "")
+            yield say(f"history.{each['kind']}", **values), style
+        same = self.content["same_files_as"]
+        if same and any(each["outcome"] != "passed" for each in self.content["exercises"]):
+            yield say("history.same_files", since=self.when(same)), ""
+
+    def next_exercise(self) -> Row | None:
+        """Return the first exercise that can be worked on, bonuses last."""
+        ready = [
+            each
+            for each in self.content["exercises"]
+            if each["outcome"] not in ("passed", "blocked")
+        ]
+        return min(ready, key=lambda each: bool(each["bonus"]), default=None)
+
+    def next_step(self) -> Iterator[Line]:
+        """Say what to do now."""
+        content, say = self.content, self.texts.say
+        if not content["checks"]:
+            return
+        if content["build"]["rejected"]:
+            names = ", ".join(content["build"]["rejected"])
+            yield say("report.compile_first", names=names), ""
+            return
+        exercises = content["exercises"]
+        outcomes = {each["outcome"] for each in exercises}
+        if outcomes == {"passed"}:
+            yield say("report.done"), "green"
+            return
+        if outcomes == {"todo"}:
+            yield say("report.all_todo"), ""
+        if "todo" in outcomes:
+            yield say("report.todo_legend"), ""
+        exercise = self.next_exercise()
+        if exercise:
+            checks = [each for each in content["checks"] if each["exercise"] == exercise["id"]]
+            values = {key: exercise[key] for key in ("id", "function", "file")}
+            # The middle of a check's id is what K= takes.
+            yield say("report.next", keyword=checks[0]["id"].split(".")[1], **values), "bold"
+
+
+def _moment(source: Row) -> datetime:
+    return datetime.fromisoformat(source["modified"])

@@ -1,0 +1,255 @@
+"""Tells what this machine has for the workbook, and how to get what is missing.
+
+Run by `make doctor` on any Python from 3.10 on: standard library only, nothing written here.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import io
+import os
+import platform
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from grader.setup.sentences import in_language
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+SECONDS = 30
+TOOLS = ("apt", "dnf", "brew")
+
+# What to install, by the system's package tool; a tool that is not named has no such package.
+PACKAGES: dict[str, dict[str, str]] = {
+    "gcc": {"apt": "gcc", "dnf": "gcc", "brew": "gcc"},
+    "g++": {"apt": "g++", "dnf": "gcc-c++", "brew": "gcc"},
+    "clang": {"apt": "clang", "dnf": "clang", "brew": "llvm"},
+    "make": {"apt": "make", "dnf": "make", "brew": "make"},
+    "sanitizers": {"apt": "gcc libc6-dev", "dnf": "libasan libubsan", "brew": "llvm"},
+    "OpenMP": {"apt": "gcc", "dnf": "gcc libgomp", "brew": "libomp"},
+    "libpng": {
+        "apt": "libpng-dev pkg-config",
+        "dnf": "libpng-devel pkgconf",
+        "brew": "libpng pkgconf",
+    },
+    "venv": {"apt": "python3-venv", "dnf": "python3", "brew": "python"},
+    "uv": {"dnf": "uv", "brew": "uv"},
+    "bubblewrap": {"apt": "bubblewrap", "dnf": "bubblewrap"},
+    "valgrind": {"apt": "valgrind", "dnf": "valgrind"},
+    "gdb": {"apt": "gdb", "dnf": "gdb"},
+    "addr2line": {"apt": "binutils", "dnf": "binutils", "brew": "binutils"},
+}
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One line of the report.
+
+    Attributes
+    ----------
+    name
+        What was looked for: a key of PACKAGES.
+    detail
+        Its version or its use here; empty when it is missing or does not work.
+    purpose
+        What it serves for, shown when it is missing.
+    cure
+        How to get it, when installing its package is not the answer.
+    """
+
+    name: str
+    detail: str
+    purpose: str
+    cure: str = ""
+
+
+def attempt(
+    command: list[str], folder: Path | None = None
+) -> subprocess.CompletedProcess[str] | None:
+    """Run a command, in this folder or in another; None when it is not there or does not end."""
+    try:
+        return subprocess.run(
+            command,
+            cwd=folder,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            errors="replace",
+            timeout=SECONDS,
+            check=False,
+        )
+    except (OSError, subprocess.TimeoutExpired):
+        return None
+
+
+def first_line(command: list[str]) -> str:
+    """Return the first line that a command prints, empty when it fails or is not there."""
+    done = attempt(command)
+    if done is None or done.returncode != 0:
+        return ""
+    lines = [line.strip() for line in done.stdout.splitlines() if line.strip()]
+    return lines[0] if lines else ""
+
+
+def compiler() -> str:
+    """Return the C compiler that the workbook uses: CC, else the first of cc, gcc, clang."""
+    chosen = os.environ.get("CC", "").split()
+    return chosen[0] if chosen else next(filter(shutil.which, ("cc", "gcc", "clang")), "cc")
+
+
+def builds(flags: list[str], source: str = "int main(void) { return 0; }") -> str:
+    """Return the flags, as text, when a tiny program builds with them and runs; else nothing."""
+    with tempfile.TemporaryDirectory() as folder:
+        program = Path(folder) / "probe"
+        program.with_suffix(".c").write_text(source + "\n", encoding="ascii")
+        command = [compiler(), f"{program}.c", *flags, "-o", str(program)]
+        try:
+            for step in (command, [str(program)]):
+                subprocess.run(
+                    step,
+                    stdin=subprocess.DEVNULL,
+                    capture_output=True,
+                    timeout=SECONDS,
+                    check=True,
+                )
+        except (OSError, subprocess.SubprocessError):
+            return ""
+    return " ".join(flags)
+
+
+def compilers() -> list[Finding]:
+    """Look for the compilers and make."""
+    purpose = {
+        "gcc": in_language("compile votre C", "builds your C"),
+        "g++": in_language("la ligne de compilation du sujet", "the handout's compile line"),
+        "clang": in_language("un autre avis sur votre C ; facultatif", "another opinion; optional"),
+        "make": in_language("lance les commandes", "runs the commands"),
+    }
+    return [Finding(name, first_line([name, "--version"]), purpose[name]) for name in purpose]
+
+
+def compiler_features() -> list[Finding]:
+    """Try what the compiler can do: sanitizers, OpenMP, PNG files."""
+    sanitizers = builds(["-fsanitize=address,undefined"])
+    openmp = ["-fopenmp"] if sys.platform != "darwin" else ["-Xpreprocessor", "-fopenmp", "-lomp"]
+    png = first_line(["pkg-config", "--modversion", "libpng"])
+    return [
+        Finding(
+            "sanitizers",
+            sanitizers,
+            in_language("nomment la ligne d'une erreur de mémoire", "name a memory error's line"),
+        ),
+        Finding("OpenMP", builds(openmp), in_language("plusieurs cœurs", "several cores")),
+        Finding("libpng", png, in_language("images .png, en plus des .ppm", ".png pictures")),
+    ]
+
+
+def python_tools() -> list[Finding]:
+    """Look for what makes the Python environment."""
+    venv = importlib.util.find_spec("ensurepip") is not None
+    return [
+        Finding("Python", f"{platform.python_version()} ({sys.executable})", ""),
+        Finding(
+            "venv",
+            "ensurepip" if venv else "",
+            in_language("prépare l'environnement Python", "makes the Python environment"),
+        ),
+        Finding(
+            "uv",
+            first_line(["uv", "--version"]),
+            in_language("le prépare plus vite ; facultatif", "makes it quicker; optional"),
+            cure="pip install --user uv",
+        ),
+    ]
+
+
+def canary() -> str:
+    """Return what the strongest isolation has failed to refuse, as sentences; "" when nothing.
+
+    The canary runs as a submission does, so it needs the packages: without them nothing is said.
+    """
+    folders = [os.environ.get("MRT_ENV", ""), str(ROOT / ".venv")]
+    pythons = [f"{folder}/bin/python" for folder in folders if folder]
+    python = next(filter(shutil.which, pythons), sys.executable)
+    done = attempt([python, "-B", "-m", "grader.execution.canary", "strong"], ROOT)
+    # It ends with 1 when something was permitted; with a trace of Python when it could not run.
+    if done is None or done.returncode != 1:
+        return ""
+    return " ".join(done.stdout.splitlines()[1:])
+
+
+def isolation() -> Finding:
+    """Try bubblewrap, which shuts in other people's code while it is graded."""
+    purpose = in_language("isole le code que l'on évalue", "shuts in the code that is graded")
+    if shutil.which("bwrap") is None:
+        return Finding("bubblewrap", "", purpose)
+    user = [] if os.geteuid() == 0 else ["--unshare-user"]
+    walls = [*user, "--unshare-pid", "--unshare-net", "--ro-bind", "/", "/"]
+    if first_line(["bwrap", *walls, "echo", "ok"]) == "ok":
+        permitted = canary()
+        detail = "" if permitted else first_line(["bwrap", "--version"])
+        return Finding("bubblewrap", detail, purpose, permitted)
+    cure = in_language(
+        "présent, mais le noyau lui refuse les espaces de noms utilisateur (conteneur, ou Ubuntu"
+        " sans profil AppArmor pour bwrap : sysctl kernel.apparmor_restrict_unprivileged_userns=0)",
+        "present, but the kernel refuses it user namespaces (a container, or Ubuntu without an"
+        " AppArmor profile for bwrap: sysctl kernel.apparmor_restrict_unprivileged_userns=0)",
+    )
+    return Finding("bubblewrap", "", purpose, cure)
+
+
+def debuggers() -> list[Finding]:
+    """Look for the tools that find a fault in a program."""
+    uses = {
+        "valgrind": in_language("voit les lectures non initialisées", "sees uninitialised reads"),
+        "gdb": in_language("suit un programme pas à pas", "follows a program step by step"),
+        "addr2line": in_language("nomme la ligne d'un plantage", "names the line of a crash"),
+    }
+    return [Finding(name, first_line([name, "--version"]), uses[name]) for name in uses]
+
+
+def cure(finding: Finding) -> str:
+    """Return how to get what is missing, with this system's package tool."""
+    if finding.cure:
+        return finding.cure
+    tool = next(filter(shutil.which, TOOLS), None)
+    if tool is None:
+        return in_language("à installer", "to be installed")
+    package = PACKAGES[finding.name].get(tool)
+    if package is None:
+        return in_language("n'existe pas sur ce système", "not available on this system")
+    return f"{'' if tool == 'brew' else 'sudo '}{tool} install {package}"
+
+
+def line(finding: Finding) -> str:
+    """Return a finding as one line of text."""
+    if finding.detail:
+        return f"OK      {finding.name:<11} {finding.detail}"
+    missing = in_language("manque", "missing")
+    return f"{missing:<7} {finding.name:<11} {finding.purpose} → {cure(finding)}"
+
+
+def main() -> int:
+    """Print the report; return 0, whatever is missing."""
+    groups: list[Callable[[], list[Finding]]] = [
+        compilers,
+        compiler_features,
+        python_tools,
+        lambda: [isolation()],
+        debuggers,
+    ]
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="replace")  # not every terminal has all of French
+    print(f"{platform.system()} {platform.machine()}")
+    for group in groups:
+        for finding in group():
+            print(line(finding))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

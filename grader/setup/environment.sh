@@ -1,0 +1,107 @@
+#!/bin/sh
+# Prints the Python that a command must use; what it says to a person goes to stderr.
+#
+#   sh grader/setup/environment.sh python            an interpreter that is recent enough, without any package
+#   sh grader/setup/environment.sh grade|lab|dev     that of an environment with the level's packages, made if need be
+#   sh grader/setup/environment.sh wheelhouse DIR    collects the packages of `lab` in DIR, for rooms without a network
+#
+# Runs in the project's folder. Reads from the environment:
+#   PYTHON    the interpreter to use instead of looking for one
+#   MRT_ENV   an existing environment to use as it is, maybe read-only
+#   BUILD     where outputs go; the environment too (BUILD/venv) when .venv cannot be made here
+#   WHEELS    a folder of wheels to install from, instead of the network
+#   MRT_LANG  fr (default) or en
+set -eu
+
+BUILD=${BUILD:-build}
+
+# fail FRENCH ENGLISH
+fail() {
+    case ${MRT_LANG:-fr} in
+    en*) echo "$2" >&2 ;;
+    *) echo "$1" >&2 ;;
+    esac
+    exit 1
+}
+
+# What a candidate says of itself: a rank, 0 the best, and its path outside of any virtual environment.
+# An interpreter that other users cannot reach (under a closed home folder) cannot run in the sandbox of a
+# dropped user; one without ensurepip cannot make an environment without uv.
+PROBE='
+import sys
+if sys.version_info < (3, 10):
+    sys.exit(1)
+import importlib.util, os
+path = getattr(sys, "_base_executable", None) or sys.executable
+real = os.path.realpath(path)
+folders = [real]
+while folders[-1] != os.path.dirname(folders[-1]):
+    folders.append(os.path.dirname(folders[-1]))
+reachable = all(os.stat(folder).st_mode & 0o001 for folder in folders)
+complete = importlib.util.find_spec("ensurepip") is not None
+print("%d %s" % ((not reachable) + 2 * (not complete), path))
+'
+
+probe() {
+    "$1" -I -S -c "$PROBE" 2>/dev/null
+}
+
+choose() {
+    if [ -n "${PYTHON:-}" ]; then
+        found=$(probe "$PYTHON") || fail \
+            "PYTHON=$PYTHON : ce n'est pas un Python 3.10 ou plus récent. Indiquez-en un autre, ou aucun." \
+            "PYTHON=$PYTHON: this is not a Python 3.10 or later. Give another one, or none."
+        echo "${found#* }"
+        return
+    fi
+    best='' rank=9
+    set -f
+    IFS=:
+    for folder in $PATH:/usr/bin:/usr/local/bin:/opt/homebrew/bin; do
+        for name in python3 python3.13 python3.12 python3.11 python3.10 python3.14 python; do
+            [ -x "${folder:-.}/$name" ] && found=$(probe "$folder/$name") || continue
+            if [ "${found%% *}" -lt "$rank" ]; then
+                rank=${found%% *} best=${found#* }
+            fi
+            [ "$rank" -gt 0 ] || break 2
+        done
+    done
+    unset IFS
+    set +f
+    [ -n "$best" ] || fail \
+        "Aucun Python 3.10 ou plus récent sur cette machine. Installez-en un (apt install python3 python3-venv, brew install python, dnf install python3), ou indiquez-le : make PYTHON=/chemin/vers/python3" \
+        "No Python 3.10 or later on this machine. Install one (apt install python3 python3-venv, brew install python, dnf install python3), or say where it is: make PYTHON=/path/to/python3"
+    echo "$best"
+}
+
+case ${1:-} in
+python)
+    choose
+    ;;
+wheelhouse)
+    python=$(choose)
+    exec "$python" -E -s -m grader.setup.environment wheelhouse "$2"
+    ;;
+grade | lab | dev)
+    if [ -n "${MRT_ENV:-}" ]; then
+        probe "$MRT_ENV/bin/python" >/dev/null || fail \
+            "MRT_ENV=$MRT_ENV : bin/python manque, vous est fermé, ou est plus ancien que Python 3.10. Corrigez le chemin, ou retirez MRT_ENV." \
+            "MRT_ENV=$MRT_ENV: bin/python is missing, closed to you, or older than Python 3.10. Mend the path, or drop MRT_ENV."
+        exec "$MRT_ENV/bin/python" -E -s -m grader.setup.environment check "$1"
+    fi
+    if [ -z "${PYTHON:-}" ]; then
+        for folder in .venv "$BUILD/venv"; do
+            if [ -x "$folder/bin/python" ] &&
+                "$folder/bin/python" -E -s -m grader.setup.environment ready "$1" "$folder" 2>/dev/null; then
+                exit 0
+            fi
+        done
+    fi
+    python=$(choose)
+    exec "$python" -E -s -m grader.setup.environment make "$1" "$BUILD"
+    ;;
+*)
+    echo "usage: sh grader/setup/environment.sh python|grade|lab|dev|wheelhouse DIR" >&2
+    exit 2
+    ;;
+esac

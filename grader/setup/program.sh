@@ -1,0 +1,191 @@
+#!/bin/sh
+# Builds the ray tracer's program, for `make mrt`, and the student's own tests, for `make try`.
+#
+#   sh grader/setup/program.sh mrt      core_c/mrt; for another SRC, or a read-only core_c, BUILD/<name of SRC>/mrt
+#   sh grader/setup/program.sh try      BUILD/try, built with the sanitizers where they work, then run
+#   sh grader/setup/program.sh flags    says what would be used, without building
+#
+# Runs in the project's folder. Reads from the environment:
+#   SRC                      folder of the student's files, core_c by default; given files always come from core_c
+#   BUILD                    where outputs go
+#   CC                       the C compiler, cc by default
+#   WIDTH HEIGHT SCENE_SIZE  the picture's size in pixels, the most objects of a scene
+#   PLATFORM                 what `uname -s` says; a test says another name
+#   MRT_LANG                 fr (default) or en
+set -eu
+
+SRC=${SRC:-core_c}
+SRC=${SRC%/}
+BUILD=${BUILD:-build}
+CC=${CC:-cc}
+PLATFORM=${PLATFORM:-$(uname -s)}
+
+# say FRENCH ENGLISH
+say() {
+    case ${MRT_LANG:-fr} in
+    en*) echo "$2" ;;
+    *) echo "$1" ;;
+    esac
+}
+
+# fail FRENCH ENGLISH
+fail() {
+    say "$@" >&2
+    exit 1
+}
+
+# Tells whether a tiny program builds with these flags, and runs: a sanitizer may link and yet not start.
+works() {
+    scratch=$(mktemp -d "$BUILD/probe.XXXXXX") # not in /tmp, where some machines let nothing run
+    echo 'int main(void) { return 0; }' >"$scratch/probe.c"
+    # CC may hold several words (ccache gcc).
+    # shellcheck disable=SC2086
+    $CC "$@" "$scratch/probe.c" -o "$scratch/probe" $libraries >/dev/null 2>&1 &&
+        "$scratch/probe" >/dev/null 2>&1 && answer=0 || answer=1
+    rm -rf "$scratch"
+    return $answer
+}
+
+# Sets flags and libraries, lists of words without spaces.
+choose_flags() {
+    command -v "${CC%% *}" >/dev/null || fail \
+        "Compilateur introuvable : $CC. Lancez make doctor, qui dit comment l'installer." \
+        "No such compiler: $CC. Run make doctor, which says how to install it."
+    mkdir -p "$BUILD" 2>/dev/null && [ -w "$BUILD" ] || fail \
+        "Impossible d'écrire dans $BUILD. Donnez un dossier à vous : make BUILD=DOSSIER" \
+        "Cannot write in $BUILD. Give a folder of yours: make BUILD=DIR"
+    flags="-std=gnu11 -g -Wall -Wextra"
+    for name in WIDTH HEIGHT SCENE_SIZE; do
+        eval "value=\${$name:-}"
+        case $value in
+        '') ;;
+        *[!0-9]* | 0*) fail "$name=$value : il faut un entier positif." "$name=$value: give a positive integer." ;;
+        *) flags="$flags -D$name=$value" ;;
+        esac
+    done
+}
+
+# Apple's clang takes OpenMP only behind -Xpreprocessor, with a library that Homebrew keeps apart.
+choose_openmp() {
+    openmp=-fopenmp
+    if [ "$PLATFORM" = Darwin ]; then
+        prefix=$(brew --prefix libomp 2>/dev/null || echo /opt/homebrew/opt/libomp)
+        openmp="-Xpreprocessor -fopenmp -I$prefix/include -L$prefix/lib -lomp"
+    fi
+}
+
+choose_mrt_flags() {
+    choose_flags
+    libraries=-lm
+    choose_openmp
+    # shellcheck disable=SC2086
+    if works $openmp; then
+        flags="$flags $openmp"
+    fi
+    flags="$flags -O3"
+    if png=$(pkg-config --cflags libpng 2>/dev/null) && png_libs=$(pkg-config --libs libpng); then
+        libraries="$png_libs -lm"
+        # shellcheck disable=SC2086
+        if works $png; then
+            flags="$flags -DMRT_PNG $png"
+        else
+            libraries=-lm
+        fi
+    fi
+}
+
+choose_try_flags() {
+    choose_flags
+    libraries=-lm
+    flags="$flags -O1 -fno-omit-frame-pointer"
+    sanitizers="-fsanitize=address,undefined"
+    if works $sanitizers; then
+        flags="$flags $sanitizers"
+    else
+        say "Pas de sanitizers sur cette machine : les erreurs de mémoire ne seront pas toutes vues." \
+            "No sanitizers on this machine: not every memory error will be seen." >&2
+    fi
+}
+
+# The sources but main.c are given to a function, behind its own parameters.
+with_sources() {
+    [ -e "$SRC/main.c" ] || fail "$SRC : pas de main.c ici. Donnez SRC=DOSSIER." "$SRC: no main.c here. Give SRC=DIR."
+    for file in "$SRC"/*.c; do
+        case $file in
+        */main.c | */my_tests.c | */vector.c | */scene.c) ;;
+        *) set -- "$@" "$file" ;;
+        esac
+    done
+    "$@" core_c/vector.c core_c/scene.c
+}
+
+# compile OUTPUT ARGUMENT...
+compile() {
+    output=$1
+    shift
+    # shellcheck disable=SC2086
+    $CC $flags -I"$SRC" -Icore_c "$@" -o "$output" $libraries || fail \
+        "La compilation a échoué : le premier message ci-dessus nomme le fichier et la ligne." \
+        "The build failed: the first message above names the file and the line."
+}
+
+# Tells whether the program is newer than every source and was built by the same command.
+is_fresh() {
+    [ -x "$program" ] && [ "$(cat "$stamp" 2>/dev/null)" = "$command" ] &&
+        [ -z "$(find "$SRC" core_c -name '*.[ch]' -newer "$program")" ]
+}
+
+build_mrt() {
+    name=$(basename "$SRC")
+    program=$BUILD/$name/mrt
+    if [ "$SRC" = core_c ] && [ -w core_c ]; then
+        program=core_c/mrt
+    fi
+    stamp=$BUILD/$name/flags
+    command="$CC $flags $libraries $*"
+    if is_fresh; then
+        say "$program est à jour." "$program is up to date."
+        return
+    fi
+    mkdir -p "$BUILD/$name"
+    rm -f "$program" # an old program must not pass for the new one
+    compile "$program" "$SRC/main.c" "$@"
+    echo "$command" >"$stamp"
+    if [ "$program" != core_c/mrt ] && [ -e core_c/texture.ppm ]; then
+        cp core_c/texture.ppm "$BUILD/$name/"
+    fi
+    say "$program est prêt. Par exemple : cd ${program%/mrt} && ./mrt 1 image" \
+        "$program is ready. For example: cd ${program%/mrt} && ./mrt 1 image"
+}
+
+run_tests() {
+    tests=$SRC/my_tests.c
+    [ -e "$tests" ] || tests=core_c/my_tests.c
+    [ -e "$tests" ] || fail "$tests manque : écrivez-y un main() qui essaie vos fonctions." \
+        "$tests is missing: write a main() there that tries your functions."
+    mkdir -p "$BUILD/try"
+    compile "$BUILD/try/main.o" -c -Dmain=mrt_program_main "$SRC/main.c"
+    compile "$BUILD/try/my_tests" "$tests" "$BUILD/try/main.o" "$@"
+    ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=print_stacktrace=1 exec "$BUILD/try/my_tests"
+}
+
+case ${1:-} in
+mrt)
+    choose_mrt_flags
+    with_sources build_mrt
+    ;;
+try)
+    choose_try_flags
+    with_sources run_tests
+    ;;
+flags)
+    choose_mrt_flags
+    echo "mrt: $CC $flags $libraries"
+    choose_try_flags
+    echo "try: $CC $flags $libraries"
+    ;;
+*)
+    echo "usage: sh grader/setup/program.sh mrt|try|flags" >&2
+    exit 2
+    ;;
+esac

@@ -1,0 +1,199 @@
+"""`make update ARCHIVE=new.zip`: a newer release over a folder where somebody is at work.
+
+The student's own files are never touched; what else they changed is kept as a copy. Standard
+library only: an update that was interrupted must be able to run again.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import difflib
+import sys
+import zipfile
+from collections.abc import Iterator, Mapping, Sequence
+from io import BytesIO
+from pathlib import Path, PurePosixPath
+
+from grader.setup import release_record as handout
+from grader.setup.release_record import RECORD, HandoutError, Release, digest
+from grader.setup.sentences import in_language
+from grader.setup.transaction import Done, Plan, Step, replace
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+ORIGINALS = "grader/intake/originals.zip"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; return 0, 1 when the update could not be made, 130 interrupted."""
+    parser = argparse.ArgumentParser(prog="python -m grader update", description=__doc__)
+    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    parser.add_argument("archive", type=Path, nargs="?", metavar="ARCHIVE")
+    parser.add_argument("--root", type=Path, default=ROOT, metavar="DIR")
+    parser.add_argument("--force", action="store_true", help="go back to an older release too")
+    options = parser.parse_args(arguments)
+    try:
+        if options.archive is None:
+            raise HandoutError(
+                in_language(
+                    "Donnez l'archive : make update ARCHIVE=chemin/nom.zip",
+                    "Give the archive: make update ARCHIVE=path/name.zip",
+                )
+            )
+        plan = prepare(options.archive, options.root, options.force)
+        for sentence in _told(plan, replace(plan, options.root)):
+            print(sentence)
+    except HandoutError as error:
+        print(error, file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print(_again(), file=sys.stderr)
+        return 130
+    return 0
+
+
+def prepare(archive: Path, root: Path, force: bool = False) -> Plan:
+    """Compare the folder with what it was made from and with the archive. Raises HandoutError."""
+    old = _installed(root)
+    new, files = handout.read(archive)
+    if new.age < old.age and not force:
+        raise HandoutError(
+            in_language(
+                f"{archive} est plus ancienne que ce dossier. Pour y revenir : FORCE=1",
+                f"{archive} is older than this folder. To go back to it: FORCE=1",
+            )
+        )
+    steps, kept = _steps(old, new, files, root)
+    record = Step(RECORD, _content(root, RECORD), new.as_json(), False)
+    if record.before != record.after:
+        steps.append(record)
+    return Plan(old, new, tuple(steps), tuple(kept), _news(kept, files, root))
+
+
+def _installed(root: Path) -> Release:
+    """Return the record of the folder itself."""
+    try:
+        return handout.parse((root / RECORD).read_bytes())
+    except (OSError, ValueError) as error:
+        raise HandoutError(
+            in_language(
+                f"{root} n'est pas un dossier distribué ({RECORD} manque ou est abîmé). Dépliez la"
+                " nouvelle archive ailleurs, et copiez-y vos fichiers de core_c/.",
+                f"{root} is not a folder that was handed out ({RECORD} is missing or damaged)."
+                " Unpack the new archive elsewhere, and copy your files of core_c/ there.",
+            )
+        ) from error
+
+
+def _steps(
+    old: Release, new: Release, files: Mapping[str, bytes], root: Path
+) -> tuple[list[Step], list[str]]:
+    """Return what is to be written or removed, and the student's files that stay."""
+    steps: list[Step] = []
+    kept: list[str] = []
+    own = {*old.own, *new.own}
+    for path in sorted({*old.files, *files}):
+        before, after = _content(root, path), files.get(path)
+        theirs = before is not None and not _is(before, old.files.get(path, ""))
+        # A notebook keeps answers and pictures: without news it stays as it is too.
+        same = path.endswith(".ipynb") and old.files.get(path) == new.files.get(path)
+        if theirs and (path in own or same) and before != after:
+            kept.append(path)
+        elif before != after and not (after is None and path in own):
+            steps.append(Step(path, before, after, theirs))
+    return steps, kept
+
+
+def _content(root: Path, path: str) -> bytes | None:
+    """Return a file's content; None when it is not there. Raises HandoutError."""
+    place = root / path
+    try:
+        return place.read_bytes()
+    except FileNotFoundError:
+        if not place.is_symlink():
+            return None
+        detail = in_language("le lien ne mène à rien", "the link leads nowhere")
+    except OSError as error:
+        detail = error.strerror or str(error)
+    raise HandoutError(
+        in_language(
+            f"{path} ne peut pas être lu ({detail}). Déplacez-le, puis relancez la même commande.",
+            f"{path} cannot be read ({detail}). Move it, then run the same command again.",
+        )
+    )
+
+
+def _is(content: bytes, sha256: str) -> bool:
+    """Whether a file is the one of that sum, however an editor or git ends its lines."""
+    return sha256 in (digest(content), digest(content.replace(b"\r\n", b"\n")))
+
+
+def _news(kept: Sequence[str], files: Mapping[str, bytes], root: Path) -> dict[str, str]:
+    """Return how the starting files of the student's own have changed since the last release."""
+    pack = _content(root, ORIGINALS)
+    found = {}
+    with contextlib.suppress(zipfile.BadZipFile), zipfile.ZipFile(BytesIO(pack or b"")) as archive:
+        for path in kept:
+            name = PurePosixPath(path).name
+            if name not in archive.namelist() or path not in files:
+                continue
+            was, now = (
+                each.decode("utf-8", errors="replace").splitlines(keepends=True)
+                for each in (archive.read(name), files[path])
+            )
+            if lines := "".join(difflib.unified_diff(was, now, f"old/{name}", f"new/{name}")):
+                found[path] = lines
+    return found
+
+
+# ---- Telling it ---------------------------------------------------------------------------------
+
+
+def _told(plan: Plan, done: Done) -> Iterator[str]:
+    if not plan.steps:
+        yield in_language("Rien de nouveau dans cette archive.", "Nothing new in this archive.")
+        return
+    added = sum(each.before is None for each in plan.steps)
+    removed = sum(each.after is None for each in plan.steps)
+    replaced = len(plan.steps) - added - removed
+    yield in_language(
+        f"Mise à jour faite ({plan.old.title} -> {plan.new.title}) : fichiers remplacés :"
+        f" {replaced}, ajoutés : {added}, retirés : {removed}.",
+        f"Updated ({plan.old.title} -> {plan.new.title}): files replaced: {replaced},"
+        f" added: {added}, removed: {removed}.",
+    )
+    if plan.kept:
+        names = ", ".join(plan.kept)
+        yield in_language(f"À vous, donc laissés : {names}.", f"Yours, left alone: {names}.")
+    yield from _copies(plan, done)
+    if plan.kept or any(step.theirs for step in plan.steps):
+        yield in_language(f"Copie de sauvegarde : {done.backup}/", f"Backup: {done.backup}/")
+
+
+def _copies(plan: Plan, done: Done) -> Iterator[str]:
+    """Say where the student finds what was replaced, and what is new in their starting files."""
+    for step in plan.steps:
+        if step.theirs:
+            copy = done.beside.get(step.path) or f"{done.backup}/{step.path}"
+            yield in_language(
+                f"{step.path} : vous l'aviez changé ; votre version est dans {copy}.",
+                f"{step.path}: you had changed it; your version is in {copy}.",
+            )
+    for path in plan.news:
+        yield in_language(
+            f"{path} : le fichier de départ a changé, le vôtre non. Voyez {done.backup}/{path}.diff"
+            " et reportez-y ce qui manque.",
+            f"{path}: the starting file has changed, yours has not. See {done.backup}/{path}.diff"
+            " and copy what is missing.",
+        )
+
+
+def _again() -> str:
+    return in_language(
+        "Interrompu, rien n'a changé. Pour reprendre : la même commande.",
+        "Interrupted, nothing has changed. To go on: the same command.",
+    )
+
+
+if __name__ == "__main__":
+    sys.exit(main())

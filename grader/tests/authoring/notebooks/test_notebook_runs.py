@@ -1,0 +1,175 @@
+"""The workbook from top to bottom, as a student runs it: started, finished, crashing, looping."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from grader.authoring.workbook import pages
+from grader.authoring.workbook.notebooks import LANGUAGES, NOTEBOOKS
+from grader.course.exercises import CORE, ROOT
+
+NAMES = sorted(path.stem for path in (NOTEBOOKS / "fr").glob("*.ipynb"))
+REFERENCE = ROOT / "reference"
+DONE, TO_DO, WRONG = "✓", "○", "✗"
+
+Run = Callable[..., Any]
+
+
+@pytest.fixture(scope="module")
+def run(cache: Path) -> Run:
+    """Return a function that runs a notebook, in both languages at once, for all the tests."""
+    done: dict[tuple[Path, str, str], Any] = {}
+
+    def executed(core: Path, language: str, name: str) -> Any:
+        if (core, language, name) not in done:
+            paths = [NOTEBOOKS / each / f"{name}.ipynb" for each in LANGUAGES]
+            found = pages.execute(paths, core, cache / core.name)
+            done.update(zip([(core, each, name) for each in LANGUAGES], found, strict=True))
+        return done[core, language, name]
+
+    return executed
+
+
+def outputs(notebook: Any) -> list[tuple[str, str]]:
+    """Return the source of each cell that was run, and all that it shows as text."""
+    return [
+        (each.source, "\n".join(map(text_of, each.outputs)))
+        for each in notebook.cells
+        if each.cell_type == "code"
+    ]
+
+
+def texts_of(notebook: Any) -> list[str]:
+    """Return the text cells of a notebook."""
+    return [each.source for each in notebook.cells if each.cell_type == "markdown"]
+
+
+def text_of(output: Any) -> str:
+    """Return an output as text; that of an error tells its name."""
+    if output.output_type == "error":
+        return f"ERROR {output.ename}"
+    return str(output.get("text") or output.data.get("text/plain", ""))
+
+
+def checks(notebook: Any) -> dict[str, str]:
+    """Return what each check cell says, by exercise."""
+    found = {}
+    for source, text in outputs(notebook):
+        if match := re.fullmatch(r'check\("(\S+)"\)', source):
+            found[match[1]] = text
+    return found
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+@pytest.mark.parametrize("name", NAMES)
+def test_on_the_skeleton_everything_is_to_do(run: Run, language: str, name: str) -> None:
+    """No cell fails, and each check is a calm line: nothing is wrong yet."""
+    notebook = run(CORE, language, name)
+    assert [source for source, text in outputs(notebook) if "ERROR" in text] == []
+    for exercise, text in checks(notebook).items():
+        assert text.startswith(f"{TO_DO} {exercise}"), text
+        assert WRONG not in text
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+@pytest.mark.parametrize("name", NAMES)
+def test_on_the_reference_everything_is_right(run: Run, language: str, name: str) -> None:
+    """No cell fails, each check passes, and the handout's figures are drawn."""
+    notebook = run(REFERENCE, language, name)
+    assert [source for source, text in outputs(notebook) if "ERROR" in text] == []
+    for source, text in outputs(notebook):
+        if re.search(r'compare\(.*"figure', source):
+            # Another compiler may round some pixels on an edge otherwise.
+            share = re.search(r"([\d.,]+) %", text)
+            assert share is None or float(share[1].replace(",", ".")) < 0.5, text
+    for exercise, text in checks(notebook).items():
+        assert text.startswith(f"{DONE} {exercise}"), text
+        assert WRONG not in text
+
+
+def spoilt(folder: Path, function: str, statement: str) -> Path:
+    """Write the reference with a statement at the start of a function of raytracer.c."""
+    shutil.copytree(REFERENCE, folder, ignore=shutil.ignore_patterns("expected", "mistakes"))
+    path = folder / "raytracer.c"
+    text = path.read_text(encoding="utf-8")
+    changed = re.sub(rf"^(\w+ {function}\(.*\{{)$", rf"\1\n    {statement}", text, flags=re.M)
+    assert changed != text
+    path.write_text(changed, encoding="utf-8")
+    return folder
+
+
+def runs_of(core: Path, name: str, cache: Path, setup: str = "") -> list[Any]:
+    """Return a notebook run in each language, none of whose cells has failed."""
+    # In the reference's folder of builds: what it shares with this one is compiled already.
+    paths = [NOTEBOOKS / each / f"{name}.ipynb" for each in LANGUAGES]
+    found = pages.execute(paths, core, cache / REFERENCE.name, setup)
+    for notebook in found:
+        assert [source for source, text in outputs(notebook) if "ERROR" in text] == []
+    return found
+
+
+def test_a_crash_in_tp2_ends_only_its_cells(cache: Path, tmp_path: Path) -> None:
+    """intersect_sphere crashes: its cells say so with the line, the other cells work."""
+    core = spoilt(tmp_path / "crash", "intersect_sphere", "*(volatile int *)0 = 1;")
+    for notebook in runs_of(core, "TP2", cache):
+        found = outputs(notebook)
+        crashed = [text for source, text in found if "core.intersect_sphere" in source]
+        assert len(crashed) == 1
+        assert re.search(r"(dans|in) intersect_sphere \(raytracer\.c:\d+\)", crashed[0])
+        told = checks(notebook)
+        assert told["TP2.1"].startswith(f"{DONE} TP2.1")
+        assert told["TP2.3"].startswith(f"{DONE} TP2.3")
+        assert told["TP2.4"].startswith(f"{WRONG} TP2.4")
+        assert told["TP2.B2"].startswith(f"{DONE} TP2.B2")
+
+
+# Shorter limits than a student's: nothing here takes long unless it never ends.
+IMPATIENT = """\
+core.seconds = 1.0
+from grader import judge
+judge.UNIT_LIMITS = judge.PICTURE_LIMITS = judge.Limits(cpu=1.0)"""
+
+
+def test_an_endless_loop_in_tp4_ends_only_its_cells(cache: Path, tmp_path: Path) -> None:
+    """in_shadow never returns: its cells are stopped and name it, the other cells work."""
+    core = spoilt(tmp_path / "loop", "in_shadow", "for (volatile int k = 0;; k = 1) {}")
+    for notebook in runs_of(core, "TP4", cache, IMPATIENT):
+        assert any("in_shadow (raytracer.c:" in text for _, text in outputs(notebook))
+        told = checks(notebook)
+        assert told["TP4.1"].startswith(f"{WRONG} TP4.1")
+        assert told["TP4.2"].startswith(f"{DONE} TP4.2")
+        assert told["TP4.3"].startswith(f"{DONE} TP4.3")
+        assert told["TP4.B1"].startswith(f"{DONE} TP4.B1")
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+@pytest.mark.parametrize("name", NAMES)
+def test_exported_pages_show_every_picture(run: Run, language: str, name: str) -> None:
+    """Each picture is in the page itself and has words; formulas and all need no network."""
+    notebook = run(REFERENCE, language, name)
+    folder = NOTEBOOKS / language
+    drawn = sum(
+        output.data.get("text/html", "").count("<img ")
+        for each in notebook.cells
+        if each.cell_type == "code"
+        for output in each.outputs
+        if "data" in output
+    )
+    written = sum(each.count("![") for each in texts_of(notebook))
+    page = pages.page(notebook, folder, name)
+    assert not re.search(r"<(script|link|img)\b[^>]*https?://", page)
+    assert ("<math" in page) == any("$" in text for text in texts_of(notebook))
+    images = re.findall(r"<img\b[^>]*>", page)
+    assert len(images) == drawn + written
+    assert drawn > 3
+    for image in images:
+        assert re.search(r'\bsrc="data:image/png;base64,', image)
+        words = re.search(r'\balt="([^"]*)"', image)
+        assert words
+        assert len(words[1]) > 10

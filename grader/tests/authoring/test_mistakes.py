@@ -1,0 +1,145 @@
+"""The known mistakes: patches that apply and compile, entries and texts that go together."""
+
+from __future__ import annotations
+
+import subprocess
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+from grader.authoring.expected import mistake_bank as bank
+from grader.authoring.specimens import mistakes, patches
+from grader.authoring.specimens.patches import PatchError, patched, reference
+from grader.checking.expected_data import FOLDER
+from grader.course import exercises as manifest
+from grader.course.exercises import CORE, ManifestError
+from grader.course.texts import LANGUAGES, sentences
+from grader.evaluation import recognition as diagnosis
+from grader.evaluation.recognition import is_picture
+
+RULES = manifest.load()
+KNOWN = mistakes.load()
+
+
+def test_every_patch_has_an_entry_and_texts() -> None:
+    """And the other way round, in both languages."""
+    names = {each.id for each in KNOWN}
+    assert {path.stem for path in mistakes.FOLDER.glob("*.patch")} == names
+    for language in LANGUAGES:
+        keys = {key for key in sentences(language) if key.startswith("mistake.")}
+        parts = ("title", "question", "hint")
+        assert keys == {f"mistake.{name}.{part}" for name in names for part in parts}
+
+
+def test_every_function_has_its_mistakes() -> None:
+    """Sixty at least; two for each function of the exercises that count, one for each bonus."""
+    assert len(KNOWN) >= 60
+    count = Counter(each.exercise for each in KNOWN)
+    for exercise in RULES.exercises:
+        if exercise.functions[0] not in ("draw", "fill_red"):
+            assert count[exercise.id] >= (1 if exercise.bonus else 2), exercise.id
+    schlick = sum(each.id.startswith("schlick_") for each in KNOWN)
+    assert min(schlick, count["TP5.1"] - schlick) >= 2
+
+
+def test_an_entry_names_checks_of_its_exercise() -> None:
+    """Each mistake shows in a check of its own; the bank holds these, but for the pictures."""
+    stored = diagnosis.read(FOLDER)
+    assert set(stored) == {each.id for each in KNOWN}
+    for each in KNOWN:
+        own = {check.id for check in RULES.exercise(each.exercise).checks}
+        assert each.shows, each.id
+        assert set(each.shows) <= own, each.id
+        functions = {name for name in each.shows if not is_picture(name)}
+        assert set(stored[each.id].signature) == functions, each.id
+
+
+def test_only_twins_are_alike() -> None:
+    """No two mistakes of an exercise have the same answers, but those that say so."""
+    stored = diagnosis.read(FOLDER)
+    for each in KNOWN:
+        if not (known := stored[each.id]).signature:
+            continue  # it shows in pictures only
+        alike = {
+            name
+            for name, other in stored.items()
+            if name != each.id and diagnosis.same(known.signature, other.signature)
+        }
+        assert alike == set(each.twins), each.id
+        assert len(alike) < diagnosis.MOST
+
+
+def test_every_mistake_compiles(tmp_path: Path) -> None:
+    """The file that a patch changes is C, on top of today's reference."""
+    base = reference()
+    (tmp_path / "raytracer.h").write_text(base["raytracer.h"], encoding="utf-8")
+    sources = []
+    for each in KNOWN:
+        (changed,) = (name for name, text in each.files().items() if text != base[name])
+        sources.append(f"{each.id}-{changed}")
+        (tmp_path / sources[-1]).write_text(each.files()[changed], encoding="utf-8")
+    command = ["gcc", "-std=gnu11", "-fsyntax-only", "-Wall", "-Wextra", f"-I{CORE}", *sources]
+    done = subprocess.run(
+        command, cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+PATCH = """\
+--- a/reference/main.c
++++ b/reference/main.c
+@@ -1,3 +1,3 @@
+     for (int k = 0; k < WIDTH * HEIGHT; k++) {
+-        img[k] = c;
++        img[k] = vector_init(1.f, 1.f, 1.f);
+     }
+"""
+
+
+def test_a_mistake_is_added_by_a_patch_and_an_entry(tmp_path: Path, cache: Path) -> None:
+    """What the patch changes is found by its text, wherever it stands; the bank then knows it."""
+    (tmp_path / "white.patch").write_text(PATCH, encoding="utf-8")
+    entry = '[mistake.white]\nexercise = "TP1.2"\nshows = ["tp1.fill_color.every_pixel"]\n'
+    (tmp_path / "mistakes.toml").write_text(entry, encoding="utf-8")
+    (white,) = mistakes.load(tmp_path)
+    assert (white.tp, white.exercise) == (1, "TP1.2")
+    before, after = reference(), white.files()
+    text = before["main.c"].replace("img[k] = c;", "img[k] = vector_init(1.f, 1.f, 1.f);")
+    assert after == {**before, "main.c": text}
+    known = bank.answers(white, FOLDER, cache)
+    assert set(known.signature) == set(white.shows)
+    others = diagnosis.read(FOLDER).values()
+    assert not any(diagnosis.same(known.signature, each.signature) for each in others)
+
+
+def test_a_malformed_list_is_named(tmp_path: Path) -> None:
+    """One line with the file."""
+    (tmp_path / "mistakes.toml").write_text("[mistake.white]\n", encoding="utf-8")
+    with pytest.raises(ManifestError, match=r"mistakes\.toml: missing or malformed key: 'exer"):
+        mistakes.load(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("nothing\n", r"not a unified diff of reference/: unknown line 'nothing'"),
+        ("", r"changes no file of reference/"),
+        (PATCH.replace("img[k] = c;", "img[k] = d;"), r"line 1 of main\.c has changed"),
+        (PATCH.replace("main.c", "scene.c"), r"scene\.c is no file of students"),
+    ],
+)
+def test_a_patch_that_does_not_fit_is_named(tmp_path: Path, text: str, words: str) -> None:
+    """The file and the cure in one line."""
+    path = tmp_path / "odd.patch"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(PatchError, match=rf"odd\.patch: {words}"):
+        patched(path, reference())
+
+
+def test_the_place_nearest_to_the_line_number_is_taken(tmp_path: Path) -> None:
+    """Where the same text stands twice."""
+    path = tmp_path / "second.patch"
+    text = "+++ b/reference/main.c\n@@ -4 +4 @@\n-same\n+other\n"
+    path.write_text(text, encoding="utf-8")
+    assert patches.patched(path, {"main.c": "same\n\n\nsame\n"})["main.c"] == "same\n\n\nother\n"

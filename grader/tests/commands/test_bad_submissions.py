@@ -1,0 +1,98 @@
+"""Submissions that are not as they should be: each gets its sentence, and keeps what it has earned.
+
+`submissions/NAME.toml` describes one, as changes to a right TP1 (see student.py):
+`bodies` of functions, `files` put beside, `absent` files, `given` files copied beside, texts to
+`replace` and how files are to be `encode`d; then what is expected: the files that are `lost`, the
+functions `missing` or `crashed`, one `outcome` for all, what the report `says` (or `never` does),
+and in English.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from grader import commands as cli
+from grader.course import exercises as manifest
+from grader.course.exercises import read_toml
+
+FOLDER = Path(__file__).parent / "submissions"
+NAMES = sorted(path.stem for path in FOLDER.glob("*.toml"))
+KEYS = {"about", "bodies", "files", "absent", "given", "replace", "encode"}
+KEYS |= {"lost", "missing", "crashed", "outcome", "says", "says_en", "never"}
+
+Write = Callable[..., Path]
+
+
+def encoded(content: bytes, how: str) -> bytes:
+    """Return the content of a file as another editor, or another program, would have it."""
+    if how == "crlf":
+        return content.replace(b"\n", b"\r\n")
+    if how == "binary":
+        return bytes(range(256)) * 20
+    return content.decode().encode(how)
+
+
+def write(case: dict[str, Any], submission: Write) -> Path:
+    """Write the files of a case; return their folder."""
+    files = {name: text.removeprefix("\n") for name, text in case.get("files", {}).items()}
+    folder = submission(files, **case.get("bodies", {}))
+    for name in case.get("given", []):
+        (folder / name).write_bytes((manifest.CORE / name).read_bytes())
+    for name in case.get("absent", []):
+        (folder / name).unlink()
+    for name, old, new in case.get("replace", []):
+        text = (folder / name).read_text(encoding="utf-8")
+        assert old in text
+        (folder / name).write_text(text.replace(old, new, 1), encoding="utf-8")
+    for name, how in case.get("encode", {}).items():
+        (folder / name).write_bytes(encoded((folder / name).read_bytes(), how))
+    return folder
+
+
+def expected(case: dict[str, Any]) -> dict[str, str]:
+    """Return the outcome of each check of TP1."""
+    outcomes: dict[str, str] = {}
+    for exercise in manifest.load().exercises:
+        wrong = exercise.file in case.get("lost", ())
+        wrong = wrong or exercise.functions[0] in case.get("missing", ())
+        outcome = case.get("outcome", "failed" if wrong else "passed")
+        outcome = "crashed" if exercise.functions[0] in case.get("crashed", ()) else outcome
+        outcomes |= {check.id: outcome for check in exercise.checks if exercise.tp == 1}
+    return outcomes
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_bad_submission(
+    name: str,
+    submission: Write,
+    cache: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Its outcomes and its sentences are those that its description expects."""
+    case = read_toml(FOLDER / f"{name}.toml")
+    assert set(case) <= KEYS
+    folder = write(case, submission)
+    build = tmp_path / "build"
+    build.mkdir()
+    (build / "cache").symlink_to(cache)
+    words = ["grade", str(folder), "--build", str(build)]
+    assert cli.main([*words, "--lang", "fr", "--tp", "1"]) == cli.GRADED
+    said = capsys.readouterr().out
+    results = json.loads((build / "grade" / "partial" / "results.json").read_text(encoding="utf-8"))
+    assert {each["id"]: each["outcome"] for each in results["checks"]} == expected(case)
+    assert results["build"]["ok"] is not bool(case.get("lost"))
+    for sentence in case.get("says", ()):
+        assert sentence in said
+    for sentence in case.get("never", ()):
+        assert sentence not in said
+    if "says_en" in case:
+        assert cli.main([*words, "--lang", "en", "-k", case.get("missing", ["fill_red"])[0]]) == 0
+        said = capsys.readouterr().out
+        for sentence in case["says_en"]:
+            assert sentence in said

@@ -1,0 +1,72 @@
+"""The command line's complaints and help, and which TPs are judged."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from grader import commands as cli
+from grader.console.parser import complaint
+from grader.course import settings as course
+from grader.course.texts import Texts
+from grader.tests.support.judging import judge, solution
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["grade"], "Il manque : PATH."),
+        (["grade", "x", "--tp", "deux"], "--tp ne peut pas être 'deux'."),
+        (["grade", "x", "--tp"], "--tp demande une valeur."),
+        (["grade", "x", "--hint", "9"], "--hint ne peut pas être 9 ; au choix : 1, 2, 3."),
+        (["grade", "x", "--nothing"], "Non compris : --nothing."),
+        (["nothing"], "COMMANDE ne peut pas être 'nothing' ; au choix : 'grade'"),
+    ],
+)
+def test_a_wrong_command_line_is_told_in_french(
+    words: list[str],
+    said: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """One sentence on stderr after the line of usage, and 2."""
+    monkeypatch.delenv("MRT_LANG", raising=False)
+    with pytest.raises(SystemExit) as caught:
+        cli.main(words)
+    out, err = capsys.readouterr()
+    assert (caught.value.code, out) == (2, "")
+    assert err.startswith("utilisation : python -m grader")
+    assert said.replace("'", "") in err.replace("'", "")  # Python's versions quote differently
+
+
+def test_the_help_speaks_the_language_asked_for(capsys: pytest.CaptureFixture[str]) -> None:
+    """The headings and the options of argparse too."""
+    for language, words in (
+        ("fr", ["utilisation :", "affiche cette aide"]),
+        ("en", ["shows this"]),
+    ):
+        with pytest.raises(SystemExit) as caught:
+            cli.main(["grade", "--help", "--lang", language])
+        out = capsys.readouterr().out
+        assert caught.value.code == 0
+        assert all(word in out for word in words)
+
+
+def test_an_unknown_complaint_is_passed_on() -> None:
+    """A Python to come may say things that we do not know."""
+    assert complaint("something new", Texts("fr")) == "something new"
+
+
+def test_a_tp_that_is_not_open_is_neither_judged_nor_counted(
+    cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Unless the settings say so, or it is asked for."""
+    only = course.Course("fr", "c", (1,), count_closed=False)
+    monkeypatch.setattr(course, "load", lambda: only)
+    keyword = "fill_red or reflectance"
+    assert {each.tp for each in judge(solution(), cache, keyword=keyword).values()} == {1}
+    assert {each.tp for each in judge(solution(), cache, 5, keyword).values()} == {5}
+    every = course.Course("fr", "c", (1,), count_closed=True)
+    monkeypatch.setattr(course, "load", lambda: every)
+    assert {each.tp for each in judge(solution(), cache, keyword=keyword).values()} == {1, 5}

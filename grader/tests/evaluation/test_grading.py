@@ -1,0 +1,244 @@
+"""The rules from findings to points, the manifest, and the sentences."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import re
+import string
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from grader.course import exercises as manifest
+from grader.course.exercises import ManifestError, load, shares
+from grader.course.texts import LANGUAGES, Texts, preferred, sentences
+from grader.evaluation.grading import conclude
+from grader.records import Finding, Outcome, Verdict
+
+RULES = load()
+TEXTS = Texts("fr")
+INSIDE, OFF_SCREEN = "tp1.fill_rect.inside", "tp1.fill_rect.off_screen"
+
+
+def judged(*findings: Finding) -> dict[str, tuple[str, int]]:
+    """Return outcome and points of each check."""
+    checks, _ = conclude(findings, RULES, TEXTS)
+    return {each.id: (each.outcome.value, each.points) for each in checks}
+
+
+def finding(check: str, outcome: Outcome, *todo: str) -> Finding:
+    """Return what a check found."""
+    return Finding(check, "title", outcome, todo=frozenset(todo))
+
+
+def test_a_negative_check_needs_its_twin() -> None:
+    """Refusing everything is worth nothing; refusing and drawing is worth both."""
+    passed = finding(OFF_SCREEN, Outcome.PASSED)
+    assert judged(finding(INSIDE, Outcome.PASSED), passed)[OFF_SCREEN] == ("passed", 40)
+    assert judged(finding(INSIDE, Outcome.CRASHED), passed)[OFF_SCREEN] == ("failed", 0)
+    own = finding(INSIDE, Outcome.FAILED, "TP1.4")
+    assert judged(own, passed)[OFF_SCREEN] == ("todo", 0)
+
+
+@pytest.mark.parametrize(
+    ("outcome", "todo", "expected"),
+    [
+        (Outcome.FAILED, ["TP1.4"], "todo"),
+        (Outcome.CRASHED, ["TP1.4", "TP1.2"], "todo"),
+        (Outcome.FAILED, ["TP1.2"], "blocked"),
+        (Outcome.FAILED, [], "failed"),
+        (Outcome.PASSED, ["TP1.4"], "passed"),
+        (Outcome.ERROR, ["TP1.4"], "error"),
+    ],
+)
+def test_markers_decide_between_to_do_and_wrong(
+    outcome: Outcome, todo: list[str], expected: str
+) -> None:
+    """Own marker: to do; another's: blocked; neither right answers nor faults of ours change."""
+    assert judged(finding(INSIDE, outcome, *todo))[INSIDE][0] == expected
+
+
+PLANE, NEAREST = "tp2.intersect_plane.meets", "tp2.intersect_scene.nearest"
+
+
+def test_what_may_be_anothers_fault_waits_for_it() -> None:
+    """A scene with a wrong plane is not judged; by itself, or with the right plane, it is wrong."""
+    nearest = finding(NEAREST, Outcome.FAILED)
+    right, wrong = finding(PLANE, Outcome.PASSED), finding(PLANE, Outcome.CRASHED)
+    assert judged(nearest)[NEAREST] == ("failed", 0)
+    assert judged(nearest, right)[NEAREST] == ("failed", 0)
+    assert judged(nearest, wrong)[NEAREST] == ("blocked", 0)
+    assert judged(replace(nearest, alone=True), wrong)[NEAREST] == ("failed", 0)
+    (_, told), _ = conclude([wrong, nearest], RULES, TEXTS)
+    assert told.note == "À revoir après TP2.3 : l'erreur peut venir de là."
+
+
+def test_what_is_not_written_waits_for_nothing() -> None:
+    """Another's marker first, and its own in another check: it is to do."""
+    own = finding("tp2.intersect_scene.meets", Outcome.FAILED, "TP2.5")
+    assert judged(own, finding(NEAREST, Outcome.FAILED, "TP2.3"))[NEAREST] == ("todo", 0)
+
+
+def test_points_earned_among_the_references_functions_are_told() -> None:
+    """All the points, and whose mistake it was."""
+    passed = replace(finding(NEAREST, Outcome.PASSED), through=("TP2.3", "TP2.4"))
+    ((told,), _) = conclude([passed], RULES, TEXTS)
+    assert told.points == told.max_points
+    assert told.note == "Points acquis : votre fonction est juste, l'erreur vient de TP2.3, TP2.4."
+
+
+def test_an_exercise_is_as_good_as_its_worst_check() -> None:
+    """Its points are the sum, its outcome the worst; exercises without findings are not there."""
+    findings = [finding(INSIDE, Outcome.PASSED), finding("tp1.fill_rect.clipped", Outcome.TIMEOUT)]
+    _, (exercise,) = conclude(findings, RULES, TEXTS)
+    assert (exercise.id, exercise.outcome, exercise.points) == ("TP1.4", Outcome.TIMEOUT, 160)
+
+
+def test_a_message_is_filled_with_its_values() -> None:
+    """The place of a crash is part of the sentence when it is known, and only then."""
+    verdict = Verdict("death.SIGSEGV", {"call": "f(img)"})
+    where = Finding(INSIDE, "title", Outcome.CRASHED, verdict, location="main.c:7")
+    nowhere = Finding(INSIDE, "title", Outcome.CRASHED, verdict)
+    messages = [conclude([each], RULES, TEXTS)[0][0].message for each in (where, nowhere)]
+    said = "f(img) lit ou écrit hors de la mémoire permise"
+    assert messages == [f"{said}, dans main.c:7.", f"{said}."]
+
+
+def test_points_of_the_manifest_make_a_hundred_and_twenty() -> None:
+    """The points of each TP, and of the bonuses, are those of the course."""
+    points = dict.fromkeys(RULES.tps, 0)
+    for each in RULES.exercises:
+        points[each.tp] += 0 if each.bonus else each.points
+    assert points == {1: 1500, 2: 3000, 3: 2000, 4: 2000, 5: 1500}
+    assert sum(each.points for each in RULES.exercises if each.bonus) == 2000
+
+
+def test_shares_are_whole_and_complete() -> None:
+    """No hundredth is lost in the split, whatever the weights."""
+    assert shares(100, [1, 1, 1]) == [34, 33, 33]
+    assert shares(0, [2, 1]) == [0, 0]
+    for weights in ([1, 2, 4], [7], [3, 3, 1, 9]):
+        assert sum(shares(1234, weights)) == 1234
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("not toml", "put the original file back"),
+        ("[files]\n", "missing or malformed key: 'exercise'"),
+    ],
+)
+def test_a_broken_manifest_is_named(tmp_path: Path, text: str, words: str) -> None:
+    """One line with the file and the cure."""
+    path = tmp_path / "exercises.toml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(ManifestError, match=rf"exercises\.toml.*{words}"):
+        load(path)
+
+
+def test_a_check_needs_exercises_that_there_are(tmp_path: Path) -> None:
+    """What it judges besides is among what it needs, and what proves a function is a check."""
+    text = manifest.MANIFEST.read_text(encoding="utf-8")
+    path = tmp_path / "exercises.toml"
+    wrong = {
+        'needs = ["TP2.5"]': 'needs = ["TP9.9"]',
+        '["TP3.2"] }': '["TP9.9"] }',
+        'shade = "tp5.fresnel_use.lobe"': 'shade = "TP9.9"',
+    }
+    for old, new in wrong.items():
+        assert old in text
+        path.write_text(text.replace(old, new), encoding="utf-8")
+        load.cache_clear()
+        with pytest.raises(ManifestError, match=r"TP9\.9"):
+            load(path)
+
+
+def test_a_manifest_with_an_unknown_twin_is_refused(tmp_path: Path) -> None:
+    """Names in the manifest hold together."""
+    text = manifest.MANIFEST.read_text(encoding="utf-8")
+    path = tmp_path / "exercises.toml"
+    path.write_text(text.replace(f'twin = "{INSIDE}"', 'twin = "tp1.nothing"'), encoding="utf-8")
+    with pytest.raises(ManifestError, match=r"tp1\.nothing"):
+        load(path)
+
+
+def checks_in_the_tests() -> dict[str, str]:
+    """Return the first line of each check's docstring, by the id of its marker."""
+    found: dict[str, str] = {}
+    for path in (manifest.PACKAGE / "checks").glob("test_*.py"):
+        for node in ast.parse(path.read_text(encoding="utf-8")).body:
+            if isinstance(node, ast.FunctionDef) and node.name.startswith("test_"):
+                (marker,) = node.decorator_list
+                assert isinstance(marker, ast.Call)
+                identity = ast.literal_eval(marker.args[0])
+                assert identity not in found
+                found[identity] = inspect.cleandoc(ast.get_docstring(node) or "").split("\n")[0]
+                assert f"test_{identity.split('.', 1)[1].replace('.', '_')}" == node.name
+    return found
+
+
+def test_manifest_tests_and_sentences_name_the_same_checks() -> None:
+    """Every check has one test, a French title, a question and two hints in both languages."""
+    tests = checks_in_the_tests()
+    assert set(tests) == set(RULES.checks())
+    assert all(tests.values())
+    french = sentences("fr")
+    assert {key[6:] for key in french if key.startswith("title.")} == set(tests)
+    assert {key[9:] for key in french if key.startswith("question.")} == set(tests)
+    hints = {key[5:] for key in french if key.startswith("hint.")}
+    assert hints == {f"{each}.{level}" for each in tests for level in (2, 3)}
+
+
+def placeholders(text: str) -> set[str]:
+    """Return the names between braces."""
+    return {name for _, name, _, _ in string.Formatter().parse(text) if name}
+
+
+def test_both_languages_say_the_same_things() -> None:
+    """Same keys (titles apart, which are docstrings in English), same values in each."""
+    french = {key: text for key, text in sentences("fr").items() if not key.startswith("title.")}
+    english = sentences("en")
+    assert set(french) == set(english)
+    for key, text in french.items():
+        assert placeholders(text) == placeholders(english[key]), key
+
+
+FILES = (".c", ".css", ".h", ".html", ".js", ".json", ".png", ".py", ".so", ".toml", ".txt", ".zip")
+
+
+def test_every_sentence_is_asked_for_somewhere() -> None:
+    """No sentence without use, no use without sentence, as far as literal keys go."""
+    paths = [*manifest.PACKAGE.rglob("*.py"), *manifest.PACKAGE.rglob("*.html")]
+    own = [path for path in paths if "tests" not in path.relative_to(manifest.PACKAGE).parts]
+    code = "".join(path.read_text(encoding="utf-8") for path in own)
+    known = {key.split(".")[0] for key in sentences("en")}
+    sections = "|".join(name for name in known if name.isalpha())  # tp1.name may be a prediction's
+    asked = set(re.findall(rf'["\']((?:{sections})\.[a-zA-Z_]+)["\']', code))
+    # Keys that are completed when running end in a mark; a file's name is no key.
+    asked = {key for key in asked if not key.endswith((".", "_", *FILES))}
+    assert asked <= set(sentences("en"))
+    words = re.findall(r'"([a-z]+)"', code)
+    asked |= {f"refused.{word}" for word in words} & set(sentences("en"))
+    # These are completed when running, or have a part of their key before them (grader/lab).
+    sections = r"death|outcome|question|hint|isolation|canary|mistake|history|lab|plot|tp\d"
+    sections += "|thing|part|feature|heading|why|class|replay"
+    built = re.compile(
+        rf"({sections})\.|failure\.(missed|touched|wrong)_pixel|(page|oral)\.(alt|role)_"
+        r"|picture\.(channels|shifted|all|lit|missing|recolored)_"
+    )
+    unused = {key for key in sentences("en") if key not in asked and not built.match(key)}
+    assert unused == set()
+
+
+def test_the_language_is_asked_for_or_preferred(monkeypatch: pytest.MonkeyPatch) -> None:
+    """--lang, then MRT_LANG, then French."""
+    monkeypatch.delenv("MRT_LANG", raising=False)
+    assert preferred() == "fr"
+    monkeypatch.setenv("MRT_LANG", "en_GB.UTF-8")
+    assert preferred() == "en"
+    assert preferred("fr") == "fr"
+    monkeypatch.setenv("MRT_LANG", "de")
+    assert preferred() == "fr"
+    assert [Texts(each).number(1.5) for each in LANGUAGES] == ["1,5", "1.5"]

@@ -1,0 +1,99 @@
+"""A process that is killed: from outside nobody pays for it; by itself, nothing is gained."""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+import json
+import os
+import signal
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from grader import commands as cli
+from grader.evaluation import plugin
+from grader.execution.worker_process import Channel, Limits, Process
+
+Write = Callable[..., Path]
+SUICIDE = "extern int kill(int, int), getpid(void); kill(getpid(), 9); (void)img;"
+
+
+def graded(folder: Path, cache: Path, build: Path) -> dict[str, Any]:
+    """Grade fill_red; return what its check has come to."""
+    build.mkdir()
+    (build / "cache").symlink_to(cache)
+    words = ["grade", str(folder), "--tp", "1", "-k", "fill_red", "--build", str(build)]
+    assert cli.main([*words, "--lang", "en"]) in (cli.GRADED, cli.FAILED)
+    content = json.loads((build / "grade" / "partial" / "results.json").read_text(encoding="utf-8"))
+    check: dict[str, Any] = next(each for each in content["checks"] if "fill_red" in each["id"])
+    return check
+
+
+@pytest.fixture
+def sessions(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Return the libraries whose sessions were opened, as they are."""
+    found: list[str] = []
+    fork = Process.fork
+
+    @contextlib.contextmanager
+    def noting(self: Process, library: str, limits: Limits) -> Iterator[Channel]:
+        with fork(self, library, limits) as channel:
+            found.append(library)
+            yield channel
+
+    monkeypatch.setattr(Process, "fork", noting)
+    return found
+
+
+def kill_sessions(process: Process) -> None:
+    """Kill the processes that run the submission, from outside."""
+    worker = process._control.pid()
+    children = Path(f"/proc/{worker}/task/{worker}/children").read_text(encoding="ascii").split()
+    assert children
+    for each in children:
+        os.kill(int(each), signal.SIGKILL)
+
+
+def test_from_outside_it_is_run_again(
+    submission: Write, cache: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Right code keeps its points; its process is killed in the first session, then no more."""
+    fork = Process.fork
+    turns = itertools.count()
+
+    @contextlib.contextmanager
+    def killing(self: Process, library: str, limits: Limits) -> Iterator[Channel]:
+        with fork(self, library, limits) as channel:
+            if next(turns) == 1:  # the first holds constants, and nothing of the submission
+                kill_sessions(self)
+            yield channel
+
+    monkeypatch.setattr(Process, "fork", killing)
+    check = graded(submission(), cache, tmp_path / "build")
+    assert (check["outcome"], check["points"]) == ("passed", check["max_points"])
+    assert next(turns) > 3
+
+
+def test_by_itself_it_crashes_after_a_few_tries(
+    submission: Write, cache: Path, tmp_path: Path, sessions: list[str]
+) -> None:
+    """It earns nothing, is told so, and is not run for ever."""
+    check = graded(submission(fill_red=SUICIDE), cache, tmp_path / "build")
+    assert (check["outcome"], check["points"]) == ("crashed", 0)
+    assert "was killed (SIGKILL)" in check["message"]
+    # fill, which the check needs, and the tables' sessions are among them.
+    assert len(sessions) < 5 * plugin.TRIES
+
+
+def test_a_machine_without_memory_is_no_crash(
+    submission: Write, cache: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where the kernel has killed for want of memory meanwhile, nothing is judged."""
+    counts = itertools.count()
+    monkeypatch.setattr(plugin, "_out_of_memory", lambda: f"oom_kill {next(counts)}")
+    check = graded(submission(fill_red=SUICIDE), cache, tmp_path / "build")
+    assert check["outcome"] == "error"
+    assert "short of memory" in check["message"]

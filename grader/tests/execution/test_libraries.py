@@ -1,0 +1,53 @@
+"""What is built of a submission, and when."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from grader.course import sizes
+from grader.course.exercises import CORE
+from grader.execution.libraries import Workshop
+from grader.intake import originals
+from grader.intake.submission import read_submission
+from grader.records import Target
+from grader.tests.support.judging import REFERENCE
+
+UNIT, DRAWN, PLAIN = (
+    Target(*sizes.UNIT, sanitized=True),
+    Target(*sizes.PICTURE, sanitized=True),
+    Target(*sizes.PICTURE),
+)
+
+
+def targets(workshop: Workshop) -> list[Target]:
+    """Return what was built, or is being built, for the report."""
+    return [each.target for each in workshop.builds]
+
+
+def test_all_is_begun_at_once(cache: Path) -> None:
+    """The build for functions first; that for pictures does not wait for the other size."""
+    with Workshop(read_submission(REFERENCE), sizes.DRAWN, cache) as workshop:
+        assert targets(workshop) == [UNIT, PLAIN, DRAWN]
+
+
+def test_a_lazy_one_makes_what_is_asked_for(cache: Path) -> None:
+    """One exercise's checks need not wait for pictures, nor for TP1's other size."""
+    with Workshop(read_submission(REFERENCE), sizes.DRAWN, cache, lazy=True) as workshop:
+        assert targets(workshop) == [UNIT]
+        workshop.prepare_plain(pictures=False)
+        assert targets(workshop) == [UNIT]
+        workshop.prepare_plain(pictures=True)
+        assert targets(workshop) == [UNIT, PLAIN]
+
+
+@pytest.mark.parametrize("written", [True, False])
+def test_what_counts_is_made_for_who_has_written_it(cache: Path, written: bool) -> None:
+    """It serves one bonus, which few have touched; and it can be made without the others."""
+    submission = read_submission(REFERENCE if written else CORE)
+    assert (submission.files["octree.c"] == originals.from_core()["octree.c"]) is not written
+    with Workshop(submission, sizes.sizes_for(4), cache, lazy=True) as workshop:
+        workshop.prepare_counted("octree.c")
+        assert any(each.counted for each in workshop._begun) is written
+        assert targets(workshop) == [UNIT]

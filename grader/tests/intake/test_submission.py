@@ -1,0 +1,362 @@
+"""What is taken of a folder or an archive, and what is refused: entry by entry, with the reason."""
+
+from __future__ import annotations
+
+import contextlib
+import gzip
+import io
+import os
+import stat
+import struct
+import tarfile
+import zipfile
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import pytest
+
+from grader.authoring.skeleton import originals as packing
+from grader.course import exercises as manifest
+from grader.intake import archives, originals
+from grader.intake.archives import SubmissionError
+from grader.intake.originals import OriginalsError
+from grader.intake.submission import read_submission
+from grader.records import Submission
+
+Write = Callable[..., Path]
+MAIN = b'#include "raytracer.h"\n'
+
+
+def reasons(submission: Submission) -> dict[str, str]:
+    """Return why each refused file was."""
+    return {each.path: each.reason for each in submission.refused}
+
+
+def zipped(path: Path, files: Mapping[str, bytes]) -> Path:
+    """Write a .zip of files."""
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in files.items():
+            archive.writestr(name, content)
+    return path
+
+
+def tarred(path: Path, *members: tuple[tarfile.TarInfo, bytes]) -> Path:
+    """Write a .tar.gz of members."""
+    with tarfile.open(path, "w:gz") as archive:
+        for member, content in members:
+            member.size = len(content)
+            archive.addfile(member, io.BytesIO(content))
+    return path
+
+
+def member(name: str, kind: bytes = tarfile.REGTYPE) -> tarfile.TarInfo:
+    """Return an entry of a .tar.gz."""
+    entry = tarfile.TarInfo(name)
+    entry.type, entry.linkname = kind, "/etc/passwd"
+    return entry
+
+
+def test_files_are_found_at_any_depth(tmp_path: Path) -> None:
+    """In a folder, a .zip (of Windows too) and a .tar.gz, the same files come out."""
+    (tmp_path / "a b" / "core_c").mkdir(parents=True)
+    (tmp_path / "a b" / "core_c" / "main.c").write_bytes(MAIN)
+    one = zipped(tmp_path / "rendu.zip", {"a b/core_c/main.c": MAIN, "a b/readme.txt": b""})
+    two = zipped(tmp_path / "windows.zip", {"a b\\core_c\\main.c": MAIN})
+    three = tarred(tmp_path / "rendu.tar.gz", (member("a b/core_c/main.c"), MAIN))
+    for path in (tmp_path / "a b", one, two, three):
+        submission = read_submission(path)
+        assert submission.files == {"main.c": MAIN}
+        assert submission.missing == ("raytracer.c", "raytracer.h", "octree.c")
+    assert [read_submission(each).name for each in (one, three)] == ["rendu", "rendu"]
+
+
+def test_several_candidates_are_named(tmp_path: Path) -> None:
+    """Two folders with students' files: neither is chosen; at the top, they are the ones."""
+    for folder in ("tp", "tp-ancien"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "raytracer.c").write_bytes(MAIN)
+    with pytest.raises(SubmissionError) as caught:
+        read_submission(tmp_path)
+    assert caught.value.key == "submission.several"
+    assert caught.value.values["folders"] == "tp, tp-ancien"
+    (tmp_path / "main.c").write_bytes(MAIN)
+    assert set(read_submission(tmp_path).files) == {"main.c"}
+
+
+def test_what_tools_leave_behind_is_not_looked_at(tmp_path: Path) -> None:
+    """MacOS's second copy of each file, an editor's or a version manager's folders."""
+    files = {"main.c": MAIN, "__MACOSX/._main.c": b"\0", ".git/x.c": b"", "build/main.c": b""}
+    submission = read_submission(zipped(tmp_path / "rendu.zip", files))
+    assert (submission.files, submission.refused) == ({"main.c": MAIN}, ())
+
+
+def test_unsafe_entries_of_a_zip_are_refused_one_by_one(tmp_path: Path) -> None:
+    """Paths out of the archive, links, devices, bombs, repetitions: the rest is read."""
+    path = zipped(
+        tmp_path / "rendu.zip",
+        {
+            "main.c": MAIN,
+            "../up.c": MAIN,
+            "/root.c": MAIN,
+            "C:/drive.c": MAIN,
+            "big.c": b" " * 10**7,
+        },
+    )
+    link, device = zipfile.ZipInfo("link.c"), zipfile.ZipInfo("device.c")
+    link.external_attr = (stat.S_IFLNK | 0o777) << 16
+    device.external_attr = (stat.S_IFBLK | 0o666) << 16
+    with zipfile.ZipFile(path, "a") as archive:
+        archive.writestr(link, "/etc/passwd")
+        archive.writestr(device, "")
+        with pytest.warns(UserWarning, match="Duplicate"):
+            archive.writestr("main.c", b"again")
+    submission = read_submission(path)
+    assert submission.files == {"main.c": MAIN}
+    assert reasons(submission) == {
+        "../up.c": "outside",
+        "/root.c": "outside",
+        "C:/drive.c": "outside",
+        "big.c": "large",
+        "link.c": "link",
+        "device.c": "special",
+        "main.c": "twice",
+    }
+
+
+def test_locked_and_damaged_entries_are_refused_one_by_one(tmp_path: Path) -> None:
+    """A password, a wrong checksum: said of the entry, not of the archive."""
+    path = tmp_path / "rendu.zip"
+    with zipfile.ZipFile(path, "w") as archive:
+        for name in ("main.c", "locked.c", "damaged.c"):
+            archive.writestr(name, name.encode())
+    content = bytearray(path.read_bytes())
+    content[content.rfind(b"locked.c") - 46 + 8] |= 1
+    content[content.find(b"damaged.c", content.find(b"damaged.c") + 1)] ^= 255
+    path.write_bytes(content)
+    submission = read_submission(path)
+    assert submission.files == {"main.c": b"main.c"}
+    assert reasons(submission) == {"locked.c": "locked", "damaged.c": "damaged"}
+
+
+def test_unsafe_entries_of_a_tar_are_refused_one_by_one(tmp_path: Path) -> None:
+    """The same of a .tar.gz, whose names need not be text at all."""
+    path = tarred(
+        tmp_path / "rendu.tar.gz",
+        (member("rendu/main.c"), MAIN),
+        (member("rendu/../../up.c"), MAIN),
+        (member("/root.c"), MAIN),
+        (member("rendu/link.c", tarfile.SYMTYPE), b""),
+        (member("rendu/hard.c", tarfile.LNKTYPE), b""),
+        (member("rendu/device.c", tarfile.CHRTYPE), b""),
+        (member("rendu/\udcff.c"), MAIN),
+    )
+    submission = read_submission(path)
+    assert submission.files == {"main.c": MAIN}
+    assert reasons(submission) == {
+        "rendu/../../up.c": "outside",
+        "/root.c": "outside",
+        "rendu/link.c": "link",
+        "rendu/hard.c": "link",
+        "rendu/device.c": "special",
+        "rendu/\ufffd.c": "name",
+    }
+
+
+def test_a_bomb_is_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A .tar.gz that unpacks to far more than it is, in its files or in its headers."""
+    monkeypatch.setattr(archives, "MAX_UNPACKED_BYTES", 5_000_000)
+    files = tarred(
+        tmp_path / "files.tar.gz", (member("main.c"), MAIN), (member("x"), b"\0" * 10**7)
+    )
+    header = member("main.c")
+    header.pax_headers = {"comment": "x" * 10**7}
+    headers = tarred(tmp_path / "headers.tar.gz", (header, MAIN))
+    for path in (files, headers):
+        assert path.stat().st_size < 100_000
+        with pytest.raises(SubmissionError) as caught:
+            read_submission(path)
+        assert (caught.value.key, caught.value.values["mb"]) == ("submission.too_large", 5)
+
+
+def test_a_zip_whose_list_is_a_bomb_is_not_opened(tmp_path: Path) -> None:
+    """The size of the list is read before the list."""
+    path = zipped(tmp_path / "rendu.zip", {"main.c": MAIN})
+    content = bytearray(path.read_bytes())
+    struct.pack_into("<L", content, len(content) - 22 + 12, 50_000_000)
+    path.write_bytes(content)
+    with pytest.raises(SubmissionError) as caught:
+        read_submission(path)
+    assert caught.value.key == "submission.too_many"
+
+
+def test_many_entries_are_looked_at_up_to_a_bound(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What has been found so far is judged, and the report says that there is more."""
+    monkeypatch.setattr(archives, "MAX_ENTRIES", 10)
+    files = {"main.c": MAIN, **{f"{k}.txt": b"" for k in range(20)}}
+    (tmp_path / "folder").mkdir()
+    for name, content in files.items():
+        (tmp_path / "folder" / name).write_bytes(content)
+    for path in (zipped(tmp_path / "rendu.zip", files), tmp_path / "folder"):
+        if path.is_file():
+            assert set(read_submission(path).files) == {"main.c"}
+        else:
+            assert [each.problem for each in archives.entries(path)] == ["many"]
+
+
+@pytest.mark.parametrize(
+    ("content", "key"),
+    [
+        (b"int main;", "submission.not_an_archive"),
+        (b"", "submission.not_an_archive"),
+        (gzip.compress(b"int main;"), "submission.not_an_archive"),
+        (gzip.compress(b"\0" * 2000)[:-9], "submission.broken"),
+        (b"PK\5\6" + b"\1" * 18, "submission.too_many"),
+        (b"PK\5\6" + struct.pack("<4H2LH", 0, 0, 1, 1, 46, 0, 0), "submission.broken"),
+    ],
+)
+def test_what_is_no_archive_says_so(tmp_path: Path, content: bytes, key: str) -> None:
+    """A text, nothing, half an archive: one sentence each, no traceback."""
+    path = tmp_path / "rendu.zip"
+    path.write_bytes(content)
+    with pytest.raises(SubmissionError) as caught:
+        read_submission(path)
+    assert caught.value.key == key
+
+
+@pytest.mark.parametrize("cut", range(0, 400, 7))
+def test_a_damaged_archive_is_never_a_traceback(tmp_path: Path, cut: int) -> None:
+    """Bytes changed anywhere: a submission, or a SubmissionError."""
+    one = zipped(tmp_path / "rendu.zip", {"main.c": MAIN, "octree.c": MAIN * 9})
+    two = tarred(tmp_path / "rendu.tar.gz", (member("main.c"), MAIN), (member("x.c"), MAIN))
+    for path in (one, two):
+        content = bytearray(path.read_bytes())
+        content[cut % len(content)] ^= 0x55
+        path.write_bytes(content)
+        with contextlib.suppress(SubmissionError):
+            assert set(read_submission(path).files) <= {"main.c", "octree.c", "x.c"}
+
+
+def test_an_archive_that_is_too_large_is_not_opened(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The sentence tells the bound and the cure."""
+    monkeypatch.setattr(archives, "MAX_ARCHIVE_BYTES", 100)
+    with pytest.raises(SubmissionError) as caught:
+        read_submission(zipped(tmp_path / "rendu.zip", {"main.c": MAIN}))
+    assert caught.value.key == "submission.too_large"
+
+
+def test_links_odd_names_and_large_files_are_refused(submission: Write, tmp_path: Path) -> None:
+    """Nothing is read through a link; `@x.c` would be an option file for the compiler."""
+    secret = tmp_path / "secret"
+    secret.write_text("int secret;", encoding="utf-8")
+    folder = submission(files={"@x.c": "", "large.c": " " * 1_000_001, "mrt_shim.c": ""})
+    (folder / "link.c").symlink_to(secret)
+    os.mkfifo(folder / "pipe.c")
+    (Path(os.fsdecode(os.fsencode(folder) + b"/\xff.c"))).touch()
+    assert reasons(read_submission(folder)) == {
+        "@x.c": "name",
+        "large.c": "large",
+        "link.c": "link",
+        "pipe.c": "special",
+        "\ufffd.c": "name",
+    }
+
+
+def test_wrong_paths_say_so(tmp_path: Path) -> None:
+    """No folder, a pipe, an empty folder: each has its own sentence."""
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "loop").symlink_to("loop")
+    for path, key in (
+        (tmp_path / "absent", "submission.no_folder"),
+        (tmp_path / "pipe", "submission.not_a_folder"),
+        (tmp_path / "loop", "submission.not_a_folder"),
+        (tmp_path, "submission.nothing"),
+    ):
+        with pytest.raises(SubmissionError) as caught:
+            read_submission(path)
+        assert caught.value.key == key
+
+
+def test_given_files_are_compared_not_taken(submission: Write) -> None:
+    """Changed ones are named; my_tests.c is the student's, never built."""
+    folder = submission(files={"vector.h": "#error mine\n", "my_tests.c": "", "extra.c": ""})
+    (folder / "ray.h").write_bytes((manifest.CORE / "ray.h").read_bytes())
+    read = read_submission(folder)
+    assert set(read.files) == {"main.c", "raytracer.c", "raytracer.h", "octree.c", "extra.c"}
+    assert read.changed == ("vector.h",)
+
+
+def test_every_file_comes_with_its_place_and_date(submission: Write, tmp_path: Path) -> None:
+    """In the course's order; of an archive, the place is in it."""
+    folder = submission()
+    os.utime(folder / "octree.c", (1000, 2000))
+    read = read_submission(folder)
+    names = [each.name for each in read.sources]
+    assert names == list(manifest.load().student)
+    assert read.sources[-1].path == str(folder / "octree.c")
+    assert read.sources[-1].modified == 2000
+    (source,) = read_submission(zipped(tmp_path / "r.zip", {"tp/main.c": MAIN})).sources
+    assert source.path == f"{tmp_path / 'r.zip'} : tp/main.c"
+
+
+def test_other_versions_nearby_are_found(submission: Write, tmp_path: Path) -> None:
+    """Above, beside and below, when they differ; never among other people's submissions."""
+    folder = submission()
+    (folder / "vieux").mkdir()
+    (folder / "vieux" / "main.c").write_bytes(b"int old;")
+    (tmp_path / "copie").mkdir()
+    (tmp_path / "copie" / "octree.c").write_bytes(b"int copy;")
+    (tmp_path / "main.c").write_bytes((folder / "main.c").read_bytes())
+    found = read_submission(folder, look_around=True).nearby
+    places = {
+        str(tmp_path / "copie/octree.c"),
+        str(folder / "vieux/main.c"),
+    }
+    assert {each.path for each in found} == places
+    assert read_submission(folder).nearby == ()
+    for k in range(6):
+        (tmp_path / f"student{k}").mkdir()
+        (tmp_path / f"student{k}" / "main.c").write_bytes(b"int other;")
+    assert read_submission(folder, look_around=True).nearby == ()
+
+
+def test_the_originals_are_those_of_core_c(capsys: pytest.CaptureFixture[str]) -> None:
+    """What is packed in the grader is what core_c/ holds: make skeleton packs it again."""
+    assert (packing.main(["--check"]), capsys.readouterr().out) == (0, "")
+
+
+def test_core_c_itself_is_judged_with_the_packed_originals(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A given file edited in place is named, and the original is still at hand."""
+    core = tmp_path / "core_c"
+    core.mkdir()
+    for name in originals.names():
+        (core / name).write_bytes((manifest.CORE / name).read_bytes())
+    monkeypatch.setattr(manifest, "CORE", core)
+    monkeypatch.setattr(originals, "PACK", tmp_path / "originals.zip")
+    assert packing.main([]) == 0
+    (core / "scene.c").write_bytes(b"#error mine\n")
+    read = read_submission(core)
+    assert (read.in_place, read.changed) == (True, ("scene.c",))
+    assert originals.read(in_place=True)["scene.c"] != b"#error mine\n"
+    assert originals.read(in_place=False)["scene.c"] == b"#error mine\n"
+    monkeypatch.setattr(originals, "REFERENCE", tmp_path / "absent")
+    assert originals.read(in_place=False)["scene.c"] != b"#error mine\n"
+
+
+def test_a_drift_and_a_missing_pack_are_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Another core_c, no archive, a damaged one: each has its line."""
+    pack = tmp_path / "originals.zip"
+    monkeypatch.setattr(originals, "PACK", pack)
+    assert packing.main(["--check"]) == 1
+    assert "run make skeleton" in capsys.readouterr().out
+    with pytest.raises(OriginalsError) as caught:
+        originals.read(in_place=True)
+    assert caught.value.values["name"] == "grader/intake/originals.zip"
+    assert (packing.main([]), packing.main(["--check"])) == (0, 0)

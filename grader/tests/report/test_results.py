@@ -1,0 +1,299 @@
+"""results.json as its schema says, junit.xml, and what the options of a run change."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import pytest
+
+from grader import commands as cli
+from grader.build import toolchain
+from grader.build.toolchain import Compiler
+from grader.course import exercises as manifest
+from grader.course import settings as course
+from grader.course.exercises import PACKAGE, ManifestError
+from grader.course.texts import LANGUAGES, Texts
+from grader.evaluation.grading import conclude
+from grader.records import Finding, Outcome, Target, Verdict
+from grader.report import junit
+from grader.tests.support.reports import HOSTILE, PNG, every_outcome
+
+SCHEMA = json.loads((PACKAGE / "report" / "results.schema.json").read_text(encoding="utf-8"))
+RULES = manifest.load()
+TYPES: dict[str, tuple[type, ...]] = {
+    "object": (dict,),
+    "array": (list,),
+    "string": (str,),
+    "boolean": (bool,),
+    "number": (int, float),
+    "integer": (int,),
+}
+
+WORDS = {"$schema", "title", "description", "format", "type", "const", "enum", "minimum"}
+WORDS |= {"pattern", "required", "properties", "additionalProperties", "items"}
+
+Write = Callable[..., Path]
+
+
+def faults(value: Any, schema: dict[str, Any], place: str = "$") -> Iterator[str]:
+    """Yield where a value is not as its schema says, for the words that ours uses."""
+    assert set(schema) <= WORDS
+    if "const" in schema and value != schema["const"]:
+        yield f"{place}: not {schema['const']}"
+    if "enum" in schema and value not in schema["enum"]:
+        yield f"{place}: not one of {schema['enum']}"
+    if "type" not in schema:
+        return
+    wanted = schema["type"]
+    if not isinstance(value, TYPES[wanted]) or isinstance(value, bool) is not (wanted == "boolean"):
+        yield f"{place}: not of type {wanted}"
+    else:
+        yield from _faults_inside(value, schema, place)
+
+
+def _faults_inside(value: Any, schema: dict[str, Any], place: str) -> Iterator[str]:
+    if isinstance(value, dict):
+        yield from _faults_of_object(value, schema, place)
+    elif isinstance(value, list):
+        for number, each in enumerate(value):
+            yield from faults(each, schema["items"], f"{place}[{number}]")
+    elif isinstance(value, str):
+        if not re.search(schema.get("pattern", ""), value):
+            yield f"{place}: not like {schema['pattern']}"
+    elif value < schema.get("minimum", value):
+        yield f"{place}: below {schema['minimum']}"
+
+
+def _faults_of_object(value: dict[str, Any], schema: dict[str, Any], place: str) -> Iterator[str]:
+    properties = schema.get("properties", {})
+    for name in schema.get("required", ()):
+        if name not in value:
+            yield f"{place}.{name}: missing"
+    for name, each in value.items():
+        other = schema.get("additionalProperties", True)
+        if name in properties:
+            yield from faults(each, properties[name], f"{place}.{name}")
+        elif other is False:
+            yield f"{place}.{name}: unknown"
+        elif other is not True:
+            yield from faults(each, other, f"{place}.{name}")
+
+
+def test_the_schema_describes_a_whole_report() -> None:
+    """Every field is described, and nothing else is there; it goes through JSON unchanged."""
+    content = every_outcome()
+    assert list(faults(content, SCHEMA)) == []
+    assert {each["outcome"] for each in content["checks"]} == {each.value for each in Outcome}
+    assert json.loads(json.dumps(content, ensure_ascii=False)) == content
+
+
+@pytest.mark.parametrize(
+    ("change", "fault"),
+    [
+        ({"schema": 2}, "$.schema: not 1"),
+        ({"score": -1}, "$.score: below 0"),
+        ({"notes": [3]}, "$.notes[0]: not of type string"),
+        ({"partial": 1}, "$.partial: not of type boolean"),
+        ({"else": 1}, "$.else: unknown"),
+    ],
+)
+def test_the_schema_refuses_what_is_not_one(change: dict[str, Any], fault: str) -> None:
+    """The validator of these tests sees what is wrong."""
+    assert list(faults({**every_outcome(), **change}, SCHEMA)) == [fault]
+
+
+def test_compiler_messages_come_with_their_meaning() -> None:
+    """Errors first, apart from warnings, in both languages."""
+    build = every_outcome()["build"]
+    (error,) = build["errors"]
+    assert (error["file"], error["line"], len(error["lines"])) == ("main.c", 7, 3)
+    assert error["meaning"].startswith("Il manque sans doute un point-virgule")
+    assert build["warnings"] == ["main.c:9:1: warning: unused variable ‘y’ [-Wunused-variable]"]
+    (english,) = every_outcome("en")["build"]["errors"]
+    assert english["meaning"].startswith("A semicolon is probably missing")
+
+
+def test_junit_has_a_case_per_check() -> None:
+    """Failures, errors and what is not done apart; no character that XML cannot hold."""
+    text = junit.as_xml(every_outcome())
+    root = ElementTree.fromstring(text)
+    (suite,) = root.findall("testsuite[@name='TP1']")
+    assert suite.get("tests") == str(len(Outcome))
+    assert [suite.get(key) for key in ("failures", "errors", "skipped")] == ["3", "1", "2"]
+    failure = suite.find("testcase/failure")
+    assert failure is not None
+    call = HOSTILE.replace("\x1b", "\ufffd")
+    said = f"{call} lit ou écrit hors de la mémoire permise, dans main.c:3."
+    assert failure.get("message") == said
+
+
+def test_hints_come_by_their_level() -> None:
+    """A question, then a hint, then the most direct one."""
+    name = RULES.exercises[0].checks[0].id
+    finding = Finding(name, "title", Outcome.FAILED)
+    for language in LANGUAGES:
+        texts = Texts(language)
+        (hints,) = {tuple(conclude([finding], RULES, texts, hint=k)[0][0].hint for k in (1, 2, 3))}
+        assert hints == (
+            texts.say(f"question.{name}"),
+            texts.say(f"hint.{name}.2"),
+            texts.say(f"hint.{name}.3"),
+        )
+
+
+def test_what_a_broken_file_keeps_waiting_says_so() -> None:
+    """It is not the exercise that must be written, it is the file that must compile."""
+    check = RULES.exercise("TP4.B1").checks[0].id
+    finding = Finding(check, "title", Outcome.FAILED, todo=frozenset({"TP2.4"}))
+    for rejected, note in (
+        ((), "Il faut d'abord écrire TP2.4."),
+        (("raytracer.c",), "À juger quand raytracer.c compilera."),
+    ):
+        ((result,), _) = conclude([finding], RULES, Texts("fr"), rejected=rejected)
+        assert (result.outcome, result.note) == (Outcome.BLOCKED, note)
+
+
+def test_a_death_while_loading_has_no_call_to_name() -> None:
+    """A constructor that crashes is told as such."""
+    verdict = Verdict("death.SIGSEGV", {"call": ""})
+    check = RULES.exercises[0].checks[0].id
+    finding = Finding(check, "title", Outcome.CRASHED, verdict)
+    ((result,), _) = conclude([finding], RULES, Texts("fr"))
+    assert result.message.startswith("Votre code, dès son chargement, lit ou écrit hors")
+
+
+def test_a_function_that_was_not_judged_gets_no_question() -> None:
+    """What its check asks would lead astray."""
+    check = RULES.exercises[0].checks[0].id
+    finding = Finding(check, "title", Outcome.FAILED, Verdict("failure.missing", {"name": "f"}))
+    ((result,), _) = conclude([finding], RULES, Texts("fr"))
+    assert result.hint == ""
+
+
+@pytest.fixture
+def run(
+    cache: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> Callable[..., tuple[int, dict[str, Any], str]]:
+    """Return a function that grades one exercise of a folder, with further options (-k: others)."""
+
+    def grade(folder: Path, *words: str) -> tuple[int, dict[str, Any], str]:
+        build = tmp_path / "build"
+        build.mkdir(exist_ok=True)
+        if not (build / "cache").exists():
+            (build / "cache").symlink_to(cache)
+        arguments = ["grade", str(folder), "--build", str(build), "-k", "fill_red", *words]
+        code = cli.main([*arguments, "--lang", "en"])
+        path = build / "grade" / "partial" / "results.json"
+        content = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
+        captured = capsys.readouterr()
+        return code, content, captured.out + captured.err
+
+    return grade
+
+
+def test_a_run_writes_its_three_results(
+    run: Callable[..., tuple[int, dict[str, Any], str]], submission: Write, tmp_path: Path
+) -> None:
+    """results.json as the schema says, junit.xml beside it, and an exit code for a low mark."""
+    folder = submission()
+    code, content, _ = run(folder, "--fail-under", "2")
+    assert (code, content["score"], list(faults(content, SCHEMA))) == (cli.GRADED, 2, [])
+    assert (tmp_path / "build" / "grade" / "partial" / "junit.xml").exists()
+    assert run(folder, "--fail-under", "2.5")[0] == cli.BELOW
+
+
+def test_an_archive_is_graded_as_its_folder_is(
+    run: Callable[..., tuple[int, dict[str, Any], str]], submission: Write, tmp_path: Path
+) -> None:
+    """Same points; the report says where in the archive each file is."""
+    path = Path(shutil.make_archive(str(tmp_path / "archive"), "gztar", submission()))
+    code, content, said = run(path)
+    assert (code, content["score"], content["submission"]["name"]) == (cli.GRADED, 2, "archive")
+    assert f"{path} : main.c" in said
+
+
+def test_a_level_of_isolation_can_be_asked_for(
+    run: Callable[..., tuple[int, dict[str, Any], str]], submission: Write
+) -> None:
+    """The report says which one it was."""
+    code, content, said = run(submission(), "--isolation", "portable")
+    assert (code, content["isolation"]) == (cli.GRADED, "portable")
+    assert 'level "portable"' in said
+
+
+def test_a_folder_without_expected_data_is_wrong_use(
+    run: Callable[..., tuple[int, dict[str, Any], str]], submission: Write, tmp_path: Path
+) -> None:
+    """One line, before anything is run."""
+    code, content, said = run(submission(), "--expected", str(tmp_path))
+    assert (code, content) == (cli.WRONG_USE, {})
+    assert said.startswith(f"{tmp_path / 'manifest.json'}: this file of expected data cannot be")
+    assert said.count("\n") == 1
+
+
+def test_a_damaged_file_of_expected_data_is_told_by_its_name(
+    run: Callable[..., tuple[int, dict[str, Any], str]], submission: Write, tmp_path: Path
+) -> None:
+    """And by the cure: never as a zero, nor with a path of this machine."""
+    copy = Path(shutil.copytree(manifest.EXPECTED, tmp_path / "expected"))
+    (copy / "camera_ray.anywhere.npz").write_bytes(b"odd")
+    words = ("--expected", str(copy), "-k", "camera_ray_anywhere")
+    code, content, _ = run(submission(), *words)
+    assert (code, content["incomplete"]) == (cli.FAILED, True)
+    (check,) = (each for each in content["checks"] if each["outcome"] == "error")
+    assert check["message"].startswith("This check could not be made: the file camera_ray.anywhere")
+    assert "put the original folder back, reference/expected." in check["message"]
+    assert check["hint"] == ""
+    assert str(tmp_path) not in check["message"]
+
+
+def test_the_course_can_be_set_up(tmp_path: Path) -> None:
+    """Language, dialect, opened TPs; anything else is told by its name."""
+    path = tmp_path / "course.toml"
+    path.write_text('language = "en"\ndialect = "c++"\nopened = [2, 1]\n', encoding="utf-8")
+    assert course.load(path) == course.Course("en", "c++", (1, 2), count_closed=False)
+    assert course.load().opened == tuple(RULES.tps)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ('language = "de"\n', "language must be one of fr, en"),
+        ('language = "fr"\ndialect = "c"\nopened = [9]\n', "opened must be a list of TPs"),
+        ('language = "fr"\ndialect = "c"\nopened = 1\n', "opened must be a list of TPs"),
+        ('language = "fr"\ndialect = "c"\nopened = []\ncolour = 1\n', "colour is unknown here"),
+    ],
+)
+def test_wrong_settings_are_named(tmp_path: Path, text: str, words: str) -> None:
+    """One line with the file and what is wrong with it."""
+    path = tmp_path / "course.toml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(ManifestError, match=rf"course\.toml, line \d: {words}"):
+        course.load(path)
+
+
+def test_darwin_has_its_own_flags_for_linking_and_cxx() -> None:
+    """GNU ld's never reach its linker."""
+    darwin, linux = (Compiler(("clang",), "clang", each) for each in ("darwin", "linux"))
+    assert toolchain.strict_link_flags(darwin) == toolchain.lenient_link_flags(darwin) == []
+    assert toolchain.cxx_library(darwin) == "-lc++"
+    assert toolchain.strict_link_flags(linux) == ["-Wl,--require-defined=main"]
+    assert "-std=gnu++17" in toolchain.compile_flags(linux, Target(96, 64), "c++")
+
+
+def test_pictures_of_an_earlier_run_are_removed(tmp_path: Path) -> None:
+    """Those that the new results do not name; what else stands in the folder is left alone."""
+    content = every_outcome(folder=tmp_path)
+    named = {name for each in content["checks"] for name in each["images"].values()}
+    others = ["images/tp9.scene.mine.png", "images/notes.txt", "images/my-picture.png", "x.png"]
+    for name in ("images/tp4.scene.mirror_0-detail.png", *others):
+        (tmp_path / name).write_bytes(PNG)
+    every_outcome(folder=tmp_path)
+    left = {path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("*.*")}
+    assert left == named | set(others)

@@ -1,0 +1,314 @@
+"""The report as text, from the content of results.json alone."""
+
+from __future__ import annotations
+
+import io
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from grader.course.texts import Texts
+from grader.report import terminal
+
+PATH = Path("build/grade/report.html")
+
+
+def exercise(number: int, outcome: str, points: float, **other: Any) -> dict[str, Any]:
+    """Return an exercise of 4 points, as results.json has it."""
+    names = {"id": f"TP1.{number}", "tp": 1, "function": f"f{number}", "file": "main.c"}
+    rest = {"title": f"titre {number}", "bonus": False, "outcome": outcome}
+    return {**names, **rest, "points": points, "max_points": 4, **other}
+
+
+def check(number: int, outcome: str, name: str = "a", **other: str) -> dict[str, Any]:
+    """Return a check of an exercise, as results.json has it."""
+    names = {"id": f"tp1.f{number}.{name}", "exercise": f"TP1.{number}", "function": f"f{number}"}
+    rest = {"title": f"ligne {name}", "outcome": outcome, "message": f"message {name}", "note": ""}
+    rest["output"] = ""
+    return {**names, **rest, "hint": "Question ?", **other}
+
+
+def content(*rows: tuple[dict[str, Any], list[dict[str, Any]]], **other: Any) -> dict[str, Any]:
+    """Return the content of results.json with these exercises and checks."""
+    exercises = [row for row, _ in rows]
+    return {
+        "graded_at": "2026-03-02T08:00:00+01:00",
+        "submission": {"name": "rendu", "sources": [], "nearby": []},
+        "isolation": "strong",
+        "notes": [],
+        "build": {"ok": True, "warnings": [], "log": "", "errors": [], "rejected": {}},
+        "score": sum(each["points"] for each in exercises if not each["bonus"]),
+        "max_score": sum(each["max_points"] for each in exercises if not each["bonus"]),
+        "bonus": sum(each["points"] for each in exercises if each["bonus"]),
+        "max_bonus": sum(each["max_points"] for each in exercises if each["bonus"]),
+        "incomplete": False,
+        "partial": False,
+        "opened_tps": [1, 2, 3],
+        "unjudged_tps": [5],
+        "changes": [],
+        "same_files_as": "",
+        "exercises": exercises,
+        "checks": [each for _, checks in rows for each in checks],
+        **other,
+    }
+
+
+def source(name: str, moment: str, folder: str = "core_c") -> dict[str, str]:
+    """Return a file of the submission, as results.json has it."""
+    return {"name": name, "path": f"{folder}/{name}", "modified": f"2026-{moment}:00+01:00"}
+
+
+class Terminal(io.StringIO):
+    """A file that is a terminal."""
+
+    def isatty(self) -> bool:
+        """Say so."""
+        return True
+
+
+def shown(report: dict[str, Any], language: str = "fr") -> list[str]:
+    """Return the lines that are printed to a pipe."""
+    out = io.StringIO()
+    terminal.show(report, PATH, Texts(language), out)
+    return out.getvalue().splitlines()
+
+
+def on_screen(
+    report: dict[str, Any], monkeypatch: pytest.MonkeyPatch, columns: int = 120
+) -> list[str]:
+    """Return the lines that are printed to a terminal, with their colours."""
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setenv("COLUMNS", str(columns))
+    for name in ("NO_COLOR", "FORCE_COLOR"):
+        monkeypatch.delenv(name, raising=False)
+    out = Terminal()
+    terminal.show(report, PATH, Texts("fr"), out)
+    return out.getvalue().splitlines()
+
+
+def plain(lines: list[str]) -> list[str]:
+    """Return lines without their colours."""
+    return [re.sub(r"\x1b\[[\d;]*m", "", line) for line in lines]
+
+
+THREE = (
+    (exercise(1, "passed", 4), [check(1, "passed")]),
+    (exercise(2, "failed", 2.5), [check(2, "failed")]),
+    (exercise(3, "todo", 0, bonus=True), [check(3, "todo")]),
+)
+
+
+def test_one_line_per_exercise_and_totals() -> None:
+    """Columns are aligned, decimals are French, bonuses stand apart; piped, nothing is drawn."""
+    lines = shown(content(*THREE))
+    assert lines[2:6] == [
+        "TP1 - Images",
+        "  juste     TP1.1  titre 1  f1  4 / 4",
+        "  à revoir  TP1.2  titre 2  f2  2,5 / 4",
+        "  à faire   TP1.3  titre 3  f3  0 / 4 bonus",
+    ]
+    assert "Total provisoire : 6,5 / 8" in lines
+    assert "TP5 : pas encore jugé par cette version du correcteur." in lines
+    with_bonus = shown(content((exercise(1, "passed", 4, bonus=True), [check(1, "passed")])))
+    assert "Bonus : 4 / 4" in with_bonus
+
+
+def test_a_terminal_has_bars_and_colours(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The words are the same; what is to do has no colour."""
+    lines = on_screen(content(*THREE), monkeypatch)
+    assert plain(lines)[3:6] == [
+        "  juste     TP1.1  titre 1  f1  ██████████  4 / 4",
+        "  à revoir  TP1.2  titre 2  f2  ██████····  2,5 / 4",
+        "  à faire   TP1.3  titre 3  f3  ··········  0 / 4 bonus",
+    ]
+    assert "\x1b[" in lines[3]
+    assert lines[5] == plain(lines)[5]
+
+
+def test_a_narrow_terminal_cuts_titles_and_folds_sentences(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Nothing is longer than the terminal is wide; the points are always there."""
+    row = exercise(1, "failed", 2, title="Un titre qui est vraiment bien long pour un terminal")
+    report = content((row, [check(1, "failed", message="mot " * 40)]))
+    lines = plain(on_screen(report, monkeypatch, columns=60))
+    assert max(map(len, lines)) <= 60
+    assert lines[3].startswith("  à revoir  TP1.1  Un titre")
+    assert "…" in lines[3]
+    assert lines[3].endswith("  2 / 4")
+    folded = [line for line in lines if line.startswith("  mot mot")]
+    assert len(folded) == 3
+
+
+def test_what_gives_way_in_a_narrow_table(monkeypatch: pytest.MonkeyPatch) -> None:
+    """First the bars, then some letters of the titles, then the functions; never the points."""
+    row = exercise(1, "failed", 2, title="Un titre de vingt-six l.", function="horizontal_gradient")
+    report = content((row, [check(1, "failed")]))
+    start = "  à revoir  TP1.1  Un titre de vingt"
+    for columns, wanted in (
+        (90, f"{start}-six l.  horizontal_gradient  █████·····  2 / 4"),
+        (80, f"{start}-six l.  horizontal_gradient  ██···  2 / 4"),
+        (75, f"{start}-six l.  horizontal_gradient  2 / 4"),
+        (66, f"{start}-…  horizontal_gradient  2 / 4"),
+        (60, f"{start}-six l.  2 / 4"),
+    ):
+        lines = plain(on_screen(report, monkeypatch, columns))
+        assert lines[3] == wanted
+
+
+def test_commands_and_points_are_not_torn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """At any width, what one copies stands on one line, and no line begins with a colon."""
+    report = content((exercise(1, "failed", 2), [check(1, "failed")]))
+    for columns in range(40, 90):
+        lines = [line.strip() for line in plain(on_screen(report, monkeypatch, columns))]
+        assert any("make grade K=f1" in line for line in lines)
+        assert any("2 / 4" in line for line in lines)
+        assert not any(line.startswith((":", ";", "!", "?", "»")) for line in lines)
+
+
+def test_what_changed_stands_between_the_total_and_the_next_step() -> None:
+    """Since the last full run, and whether the files are the same as then."""
+    change = {"exercise": "TP1.1", "kind": "fixed", "points": 4, "was": 0}
+    lines = shown(
+        content(*THREE, changes=[change], same_files_as="2026-03-02T07:30:00+01:00"), "en"
+    )
+    at = lines.index("Provisional total: 6.5 / 8")
+    assert lines[at + 1 : at + 4] == [
+        "TP1.1 is right now.",
+        "Your files are exactly those of the last time (07:30). Have you saved them?",
+        "",
+    ]
+    assert lines[-3].startswith("Next step: TP1.2")
+    assert lines[-1] == "Report: build/grade/report.html"
+
+
+def test_each_file_comes_with_its_age() -> None:
+    """Counted from the grading; a version nearby is named, more so when it is newer."""
+    files = [source("main.c", "03-02T07:57"), source("raytracer.c", "02-27T08:00")]
+    files += [source("raytracer.h", "03-01T08:00"), source("octree.c", "01-30T12:00")]
+    nearby = [source("main.c", "03-02T07:59", "vieux"), source("octree.c", "01-30T11:00", "old")]
+    submission = {"name": "rendu", "sources": files, "nearby": nearby}
+    assert shown(content(submission=submission))[1:7] == [
+        "  core_c/main.c       modifié il y a 3 min",
+        "  core_c/raytracer.c  modifié il y a 3 j",
+        "  core_c/raytracer.h  modifié il y a 24 h",
+        "  core_c/octree.c     modifié le 2026-01-30",
+        "Autre version, plus récente : vieux/main.c, modifié il y a 1 min. "
+        "Est-ce celle que vous vouliez faire juger ?",
+        "Autre version : old/octree.c, modifié le 2026-01-30.",
+    ]
+
+
+def test_later_and_closed_tps_fold_into_a_line() -> None:
+    """The current TP is shown whole; those to come, and those not open, in a line."""
+    rows = [
+        (exercise(number, outcome, 0, tp=tp), [check(number, outcome)])
+        for number, (tp, outcome) in enumerate(
+            [(1, "failed"), (2, "todo"), (2, "blocked"), (3, "crashed"), (4, "todo"), (5, "todo")]
+        )
+    ]
+    lines = shown(content(*rows))
+    titles = [line for line in lines if line.startswith(("TP1 -", "TP2 -", "TP3 -", "Pas encore"))]
+    assert titles == [
+        "TP1 - Images",
+        "TP3 - Lumière et matière",
+        "TP2 - Rayons lumineux et objets : à venir, 8 points",
+        "Pas encore ouverts : TP4, TP5.",
+    ]
+    every = shown(content(*rows, partial=True))
+    assert sum(line.startswith("TP") and " - " in line for line in every) >= 5
+
+
+def test_the_first_failure_of_each_exercise_is_explained() -> None:
+    """With message and question, and how to see the others; a part that is asked for, whole."""
+    rows = [check(1, "crashed", "a"), check(1, "crashed", "b"), check(1, "failed", "c")]
+    lines = shown(content((exercise(1, "crashed", 0), rows)))
+    at = lines.index("TP1.1 f1 - ligne a")
+    more = "  (autres vérifications à revoir : 2 ; pour les voir : make grade K=f1)"
+    assert lines[at + 1 :][:3] == ["  message a", "  Question ?", more]
+    assert "TP1.1 f1 - ligne c" not in lines
+    lines = shown(content((exercise(1, "crashed", 0), rows), partial=True))
+    assert "TP1.1 f1 - ligne b" not in lines
+    assert lines[lines.index("TP1.1 f1 - ligne c") + 1 :][:2] == ["  message c", "  Question ?"]
+
+
+def test_what_was_printed_is_shown() -> None:
+    """Its first lines, as text and never as orders to the terminal."""
+    printed = "".join(f"ligne {k}\x07\n" for k in range(9))
+    lines = shown(content((exercise(1, "failed", 0), [check(1, "failed", output=printed)])))
+    at = lines.index("  Ce que votre programme a affiché :")
+    assert lines[at + 1 :][:6] == [*(f"    ligne {k}\ufffd" for k in range(5)), ""]
+
+
+def test_no_wall_of_failures() -> None:
+    """Beyond a screenful, exercises are named only."""
+    rows = [(exercise(k, "failed", 0), [check(k, "failed")]) for k in range(10)]
+    lines = shown(content(*rows))
+    assert sum(line == "  message a" for line in lines) == 8
+    assert "À revoir aussi : TP1.8, TP1.9." in lines
+
+
+def test_the_next_step_is_the_first_that_can_be_done() -> None:
+    """What is right or waits for something else is not the next step."""
+    lines = shown(
+        content(
+            (exercise(1, "passed", 4), [check(1, "passed")]),
+            (exercise(2, "blocked", 0), [check(2, "blocked", note="Attendre.")]),
+            (exercise(3, "todo", 0), [check(3, "todo")]),
+        )
+    )
+    assert "Prochaine étape : TP1.3, la fonction f3 dans main.c. Puis : make grade K=f3" in lines
+    assert "TP1.2 - Attendre." in lines
+    assert "Tout est encore à écrire : c'est le point de départ." not in lines
+
+
+def test_a_file_that_does_not_compile_shows_its_first_errors() -> None:
+    """Three of them, with the source line; its checks have nothing to add, nor to be done next."""
+    error = {"file": "main.c", "line": 1, "meaning": "Un point-virgule ?"}
+    errors = [{**error, "lines": [f"main.c:{k}: error", f"  {k} | x"]} for k in range(5)]
+    build = {"ok": False, "errors": errors, "rejected": {"main.c": "-"}, "log": "", "warnings": []}
+    lines = shown(content((exercise(1, "failed", 0), [check(1, "failed")]), build=build))
+    assert lines[2:6] == [
+        "main.c ne compile pas encore ; les autres fichiers sont jugés sans lui.",
+        "  main.c:0: error",
+        "    0 | x",
+        "  Un point-virgule ?",
+    ]
+    assert "  ... et 2 de plus dans build/grade/report.html" in lines
+    assert "  message a" not in lines
+    assert "Prochaine étape : faire compiler main.c. Puis : make grade" in lines
+
+
+def test_warnings_are_listed_by_their_first_line() -> None:
+    """A handful of them."""
+    warnings = [f"main.c:{k}: warning: w\n  {k} | x" for k in range(7)]
+    build = {"ok": True, "errors": [], "rejected": {}, "log": "", "warnings": warnings}
+    lines = shown(content((exercise(1, "passed", 4), [check(1, "passed")]), build=build))
+    assert "  main.c:4: warning: w" in lines
+    assert "  ... et 2 de plus dans build/grade/report.html" in lines
+    assert not any("| x" in line for line in lines)
+
+
+def test_what_waits_makes_the_total_a_lower_bound() -> None:
+    """Provisional, and "at least"."""
+    rows = [check(1, "blocked", note="Il faut d'abord écrire TP1.2.")]
+    lines = shown(content((exercise(1, "blocked", 0), rows)), "en")
+    assert any(line.startswith("Provisional total: at least 0 / 4") for line in lines)
+
+
+def test_an_incomplete_or_partial_report_says_so() -> None:
+    """Nobody takes it for a mark."""
+    lines = shown(
+        content((exercise(1, "error", 0), [check(1, "error")]), incomplete=True, partial=True), "en"
+    )
+    assert any(line.startswith("Incomplete report") for line in lines)
+    assert any(line.startswith("Partial run") for line in lines)
+
+
+def test_control_characters_of_a_submission_are_not_obeyed() -> None:
+    """A file's name or a message cannot clear the screen or colour it."""
+    submission = {"name": "a\x1b[2Jb\rc", "sources": [], "nearby": []}
+    lines = shown(content(submission=submission))
+    assert lines[0] == "Rendu : a�[2Jb�c"

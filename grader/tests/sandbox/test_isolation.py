@@ -1,0 +1,297 @@
+"""The levels of isolation: which one a machine gives, and what it tells when that is not enough."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import redirect_stderr, redirect_stdout
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from grader.build import sanitizer_guard as offswitches
+from grader.commands import main
+from grader.course.exercises import ROOT
+from grader.course.texts import LANGUAGES, Texts
+from grader.execution import canary
+from grader.execution import crash_location as trace
+from grader.execution.session import Core, open_core
+from grader.execution.worker_process import Limits, MachineError, start_worker
+from grader.sandbox import bubblewrap as bubble
+from grader.sandbox import tools as confined
+from grader.sandbox.bubblewrap import sandbox
+from grader.sandbox.levels import Isolation, IsolationError, Level, best, using
+from grader.tests.sandbox.hostile import corpus
+from grader.tests.sandbox.hostile.corpus import Quick
+from grader.tests.support.shell import NOBODY
+from grader.worker.syscalls import ARCHITECTURES
+
+Write = Callable[..., Path]
+# Where a call exists twice, for 32 bits and for 64, the name of the second ends so in the headers.
+_NUMBER = re.compile(r"^#define __NR(?:3264)?_(\w+) (\d+)", re.MULTILINE)
+_ALIAS = re.compile(r"^#define __NR_(\w+) __NR3264_(\w+)", re.MULTILINE)
+PIXELS = np.zeros((96 * 64, 3), np.float32)
+
+
+@pytest.fixture
+def fresh() -> Iterator[None]:
+    """Forget what was found out of this machine, before and after."""
+    best.cache_clear()
+    yield
+    best.cache_clear()
+
+
+def lacking(monkeypatch: pytest.MonkeyPatch, program: str) -> None:
+    """Make a program disappear from the machine."""
+    real = shutil.which
+    monkeypatch.setattr(shutil, "which", lambda name: None if name == program else real(name))
+
+
+def test_this_machine_is_strong_in_ci() -> None:
+    """CI installs bubblewrap: what needs it must not be skipped there."""
+    if os.environ.get("MRT_CI"):
+        assert best() == Isolation(Level.STRONG)
+
+
+HEADERS = {
+    "x86_64": "/usr/include/*/asm/unistd_64.h",
+    "aarch64": "/usr/include/asm-generic/unistd.h",
+}
+
+
+@pytest.mark.parametrize("machine", list(ARCHITECTURES))
+def test_the_system_calls_have_the_kernel_s_numbers(machine: str) -> None:
+    """As its own headers give them; those of another architecture are there as well."""
+    found = list(Path("/").glob(HEADERS[machine][1:]))
+    if not found and not os.environ.get("MRT_CI"):
+        pytest.skip(f"no kernel headers for {machine} here")
+    text = found[0].read_text(encoding="utf-8")
+    numbers = {name: int(value) for name, value in _NUMBER.findall(text)}
+    numbers |= {name: numbers[other] for name, other in _ALIAS.findall(text) if other in numbers}
+    _, allowed, opens, *others = ARCHITECTURES[machine]
+    tables = [allowed, {name: number for name, (number, _) in opens.items()}, *others]
+    ours = {name: number for table in tables for name, number in table.items()}
+    assert {name: numbers.get(name) for name in ours} == ours
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="levels of Linux")
+def test_without_bubblewrap_the_level_is_medium(
+    fresh: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It still runs, and says what is missing; `strong` is refused with the mend."""
+    lacking(monkeypatch, "bwrap")
+    assert best() == Isolation(Level.MEDIUM, "isolation.no_bwrap")
+    with pytest.raises(IsolationError) as caught, using(Level.STRONG):
+        pass
+    for language in LANGUAGES:
+        assert "apt install bubblewrap" in caught.value.sentence(Texts(language))
+
+
+def test_a_kernel_that_refuses_namespaces_is_told(
+    fresh: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A bubblewrap that is there and does not start is not taken for isolation."""
+    failing = ["sh", "-c", "echo no uid map >&2; exit 1"]
+    monkeypatch.setattr("grader.sandbox.bubblewrap.sandbox", lambda *_: failing)
+    assert best() == Isolation(Level.MEDIUM, "isolation.bwrap_fails", "no uid map")
+
+
+@pytest.mark.parametrize(
+    ("what", "value", "reason"),
+    [("sys.platform", "darwin", "not_linux"), ("platform.machine", lambda: "mips", "architecture")],
+)
+def test_elsewhere_the_level_is_portable(
+    fresh: None, monkeypatch: pytest.MonkeyPatch, what: str, value: object, reason: str
+) -> None:
+    """Another system or processor has limits only, and says why."""
+    monkeypatch.setattr(f"grader.sandbox.levels.{what}", value)
+    found = best()
+    assert (found.level, found.reason) == (Level.PORTABLE, f"isolation.{reason}")
+
+
+def test_every_reason_has_its_sentence() -> None:
+    """In both languages, with its detail."""
+    reasons = ["not_linux", "architecture", "no_setpriv", "no_bwrap", "bwrap_fails", "asked"]
+    for language in LANGUAGES:
+        for reason in reasons:
+            assert Texts(language).say(f"isolation.{reason}", detail="x")
+
+
+def test_the_command_line_refuses_to_go_below(
+    fresh: None, monkeypatch: pytest.MonkeyPatch, submission: Write, tmp_path: Path
+) -> None:
+    """`--isolation strong` on a machine that cannot: exit code 3, with the mend, nothing graded."""
+    lacking(monkeypatch, "bwrap")
+    said = io.StringIO()
+    arguments = ["grade", str(submission()), "--isolation", "strong", "--build", str(tmp_path)]
+    with redirect_stderr(said):
+        assert main(arguments) == 3
+    assert "bubblewrap" in said.getvalue()
+    assert not (tmp_path / "grade").exists()
+
+
+def graded(folder: Path, level: Level, build: Path) -> dict[str, Any]:
+    """Grade TP1 at a level; return results.json."""
+    with redirect_stdout(io.StringIO()):
+        arguments = ["grade", str(folder), "--tp", "1", "--isolation", level.value]
+        assert main([*arguments, "--build", str(build)]) == 0
+    path = build / "grade" / "partial" / "results.json"
+    content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    return content
+
+
+def test_isolation_does_not_change_what_a_student_reads(submission: Write, cache: Path) -> None:
+    """Wrong pixels, a write outside and an exit are told in the same words at every level."""
+    folder = submission(
+        fill="img[3] = c;", fill_red="img[WIDTH * HEIGHT].x = 1;", fill_rect="exit(3);"
+    )
+    told = [
+        [
+            (each["id"], each["outcome"], each["message"])
+            for each in graded(folder, level, cache)["checks"]
+        ]
+        for level in Level
+    ]
+    assert told[0] == told[1] == told[2]
+    assert "main.c:11" in told[0][0][2]
+
+
+def test_a_sandbox_that_does_not_start_is_no_verdict(
+    reference: Core, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It is the machine's fault, and its own words are kept."""
+    with using(Level.STRONG):
+        monkeypatch.setattr("grader.sandbox.bubblewrap._namespaces", lambda: ["--no-such-option"])
+        library = reference.library.library
+        with start_worker() as process:
+            process.declare(library, "int f(void);", sanitized=False)
+            lost = pytest.raises(MachineError, match="no-such-option")
+            with lost, process.fork(library, Limits()):
+                pass
+
+
+MEDIUM_REFUSES = ("reading.c", "leaving.c", "processes.c", "kernel.c")
+
+
+def test_medium_refuses_without_namespaces(cache: Path, tmp_path: Path) -> None:
+    """Seccomp and Landlock alone: files, processes, sockets and memory of others stay closed."""
+    folder = corpus.write(tmp_path / "rendu", tmp_path / "secret", os.getpid())
+    (tmp_path / "secret").write_text(corpus.SECRET_TEXT, encoding="ascii")
+    names = corpus.attacks()
+    sources = [(corpus.HERE / "run" / name).read_text(encoding="utf-8") for name in MEDIUM_REFUSES]
+    tried = [name for name in names if any(f"ATTACK({name})" in text for text in sources)]
+    done = []
+    with using(Level.MEDIUM), open_core(folder, 96, 64, cache=cache) as core:
+        for name in tried:
+            if corpus.ends_of(name):
+                continue
+            with core.session(Quick()) as session:
+                arguments = (PIXELS, names.index(name), (0, 0, 0), (0, 0, 0))
+                picture = session.call("fill_circle", *arguments).args["img"]
+                done += [name] if picture[0, 0] == 1 else []
+    assert done == []
+
+
+def test_off_switches_are_found_where_they_count() -> None:
+    """An attribute or a function of the runtime is named with its line; a comment is nothing."""
+    code = (
+        b"/* no_sanitize\n__asan_x */\nint a; // __ubsan_y\n__attribute__((no_sanitize)) int f;\n"
+    )
+    assert offswitches.in_text({"main.c": code}) == (
+        "main.c:4:1: error: 'no_sanitize' switches the sanitizers off\n"
+    )
+    assert offswitches.in_text({"a.h": b'char *s = "__asan_default_options";'}) == ""
+
+
+def test_an_off_switch_is_refused_with_a_sentence(submission: Write, cache: Path) -> None:
+    """Even one whose name is pasted together: the compiled file tells."""
+    paste = "#define P(a, b) a##b\nint P(__as, an_default_options)(void);\n"
+    paste += "int P(__as, an_default_options)(void) { return 0; }\n"
+    content = graded(submission(files={"extra.c": paste}), best().level, cache)
+    assert "__asan_default_options" in content["build"]["log"]
+
+
+def test_tools_are_bounded(tmp_path: Path) -> None:
+    """A tool that is missing, endless, or talks too much is told, stopped, or cut."""
+    with pytest.raises(FileNotFoundError):
+        confined.run_tool(["no-such-tool"], tmp_path)
+    assert confined.run_tool(["sleep", "9"], tmp_path, seconds=0.3).status == confined.OUT_OF_TIME
+    much = confined.run_tool(["seq", "1000000"], tmp_path)
+    assert len(much.output) == confined.MAX_OUTPUT_BYTES
+
+
+def test_a_place_that_is_none_is_not_invented(reference: Core) -> None:
+    """Addresses outside the library, or none, give no place; and no error."""
+    library = reference.library.library
+    assert trace.locate(library, [-5, 0, 1 << 60]) == trace.NOWHERE
+    assert trace.from_report(library, "(elsewhere.so+0x12) (x+0xzz)") == trace.NOWHERE
+
+
+def test_the_project_is_hidden_inside() -> None:
+    """The sandbox's command line names neither the project's folder nor a home."""
+    words = sandbox([], [], {}, ["true"])
+    assert str(Path(__file__).parents[3]) not in words
+    assert "/proc" not in words
+
+
+def test_the_canary_names_a_hole(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A sandbox that shows the whole machine is not taken for a strong one."""
+    assert canary.main(["strong"]) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == Texts("fr").say("isolation.proved")
+    shared = (*bubble._system(), "--bind", tempfile.gettempdir(), tempfile.gettempdir())
+    monkeypatch.setattr("grader.sandbox.bubblewrap._system", lambda: shared)
+    assert canary.main(["strong"]) == 1
+    said = capsys.readouterr().out
+    assert Texts("fr").say("canary.include") in said
+    assert Texts("fr").say("canary.read") in said
+
+
+GUARDED = """
+import os, subprocess, sys
+from grader.sandbox import orphans
+orphans.guard()
+spy = "import os; open(f'/proc/{os.getppid()}/mem', 'rb')"
+spied = subprocess.run([sys.executable, "-c", spy], capture_output=True, text=True)
+print(spied.stderr.strip().rpartition(chr(10))[2].partition(":")[0])
+leave = "import os, time; os.fork() and os._exit(0); os.setsid(); os.fork() and os._exit(0);"
+said = subprocess.Popen(
+    [sys.executable, "-c", leave + "print(os.getpid(), flush=True); time.sleep(60)"],
+    stdout=subprocess.PIPE, text=True,
+)
+left = int(said.stdout.readline())
+said.wait()
+orphans.sweep()
+print(orphans._children(), os.path.exists(f"/proc/{left}"))
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="of Linux")
+def test_the_grader_s_process_is_closed_and_sweeps() -> None:
+    """Nobody of its own user opens its memory; a daemon that a child left is ended with it."""
+    ordinary: dict[str, Any] = {}
+    with tempfile.TemporaryDirectory(prefix="mrt-ordinary-") as name:
+        shutil.copytree(ROOT / "grader", f"{name}/grader", ignore=shutil.ignore_patterns("tests"))
+        if os.geteuid() == 0:  # to whom nothing is closed
+            ordinary = {"user": NOBODY, "group": NOBODY, "extra_groups": []}
+            subprocess.run(["chmod", "-R", "a+rX", name], check=True, timeout=60)
+        done = subprocess.run(
+            [sys.executable, "-B", "-c", GUARDED],
+            cwd=name,
+            stdout=subprocess.PIPE,
+            text=True,
+            timeout=60,
+            check=True,
+            **ordinary,
+        )
+    assert done.stdout.splitlines() == ["PermissionError", "set() False"]

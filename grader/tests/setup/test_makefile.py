@@ -1,0 +1,283 @@
+"""The house: the Makefile, the builds of the student's program, and the doctor."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from grader.setup import doctor
+from grader.tests.support.shell import ROOT, reachable, run, script
+
+TARGETS = re.findall(r"^([a-z]+):.*## ", (ROOT / "Makefile").read_text(encoding="utf-8"), re.M)
+
+
+@pytest.fixture(scope="module")
+def open_folder() -> Iterator[Path]:
+    """Give a folder whose name has spaces and accents, which every user can enter."""
+    top = Path(tempfile.mkdtemp(prefix="mrt-house-"))
+    folder = top / "l'été au labo"
+    folder.mkdir()
+    top.chmod(0o755)
+    yield folder
+    run("chmod", "-R", "u+w", ".", cwd=top)
+    shutil.rmtree(top)
+
+
+@pytest.fixture(scope="module")
+def checkout(open_folder: Path) -> Path:
+    """Copy the project into a read-only folder, as a computer room shares it."""
+    copy = open_folder / "sujet"
+    leave = shutil.ignore_patterns("__pycache__", "mrt", "*.o")
+    for name in ("core_c", "reference", "grader"):
+        shutil.copytree(ROOT / name, copy / name, ignore=leave)
+    for name in ("Makefile", "pyproject.toml"):
+        shutil.copy(ROOT / name, copy)
+    run("chmod", "-R", "a+rX,a-w", ".", cwd=copy)
+    return copy
+
+
+def listing(folder: Path) -> list[str]:
+    """Name everything below a folder."""
+    return sorted(str(path) for path in folder.rglob("*"))
+
+
+# A project of a few lines, with the real Makefile and scripts: quick to build again and again.
+SOURCES = {
+    "main.c": '#include <stdio.h>\n#include "sizes.h"\n'
+    'int main(void) { printf("%d", WIDTH); return 0; }\n',
+    "sizes.h": "#ifndef WIDTH\n#define WIDTH 1280\n#endif\n",
+    "vector.c": "int vector_unused;\n",
+    "scene.c": "int scene_unused;\n",
+    "extra.c": "int answer(void);\nint answer(void) { return 42; }\n",
+    "my_tests.c": "#include <stdio.h>\nint answer(void);\nstatic int table[4];\n"
+    'int main(int argc, char **argv) { (void)argv; printf("%d", answer() + table[argc - 1]);'
+    " return 0; }\n",
+}
+
+
+@pytest.fixture
+def project(tmp_path: Path) -> Path:
+    """Make the project of a few lines, in a folder whose name has spaces and accents."""
+    folder = tmp_path / "l'été au labo"
+    (folder / "core_c").mkdir(parents=True)
+    (folder / "grader" / "setup").mkdir(parents=True)
+    for name, text in SOURCES.items():
+        (folder / "core_c" / name).write_text(text, encoding="utf-8")
+    shutil.copy(ROOT / "Makefile", folder)
+    for name in ("program.sh", "environment.sh"):
+        shutil.copy(ROOT / "grader" / "setup" / name, folder / "grader" / "setup")
+    return folder
+
+
+@pytest.mark.parametrize("language", ["fr", "en"])
+def test_help_lists_every_target(checkout: Path, language: str) -> None:
+    """`make` lists every target, as an ordinary user in a read-only checkout."""
+    done = run("make", cwd=checkout, ordinary=True, MRT_LANG=language)
+    lines = done.stdout.splitlines()
+    assert (done.returncode, done.stderr) == (0, "")
+    assert [line.split()[1] for line in lines] == TARGETS
+    assert all(len(line.split(maxsplit=2)) == 3 for line in lines)
+    assert ("cette liste" in lines[0]) == (language == "fr")
+
+
+def test_doctor_in_a_read_only_checkout(checkout: Path) -> None:
+    """`make doctor` works as an ordinary user without an environment, and writes nothing here."""
+    before = listing(checkout)
+    done = run("make", "doctor", cwd=checkout, ordinary=True)
+    names = {line[8:].split()[0] for line in done.stdout.splitlines()[1:]}
+    assert (done.returncode, done.stderr) == (0, "")
+    assert names == {*doctor.PACKAGES, "Python"}
+    assert listing(checkout) == before
+
+
+def test_doctor_on_a_bare_machine(tmp_path: Path) -> None:
+    """Without any tool the doctor says so line by line, in the person's language, and exits 0."""
+    done = run(
+        sys.executable, "-m", "grader.setup.doctor", cwd=ROOT, PATH=str(tmp_path), MRT_LANG="en"
+    )
+    missing = {line.split()[1] for line in done.stdout.splitlines() if line.startswith("missing")}
+    assert done.returncode == 0
+    assert missing >= set(doctor.PACKAGES) - {"venv"}
+
+
+@pytest.mark.parametrize(
+    ("tool", "cure"),
+    [("apt", "sudo apt install libpng-dev pkg-config"), ("brew", "brew install libpng pkgconf")],
+)
+def test_doctor_cures_by_package_tool(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, tool: str, cure: str
+) -> None:
+    """A cure is a command of this system's package tool, and never a package it does not have."""
+    script(tmp_path / tool, "exit 0")
+    monkeypatch.setenv("PATH", str(tmp_path))
+    monkeypatch.setenv("MRT_LANG", "en")
+    bubblewrap = doctor.cure(doctor.Finding("bubblewrap", "", ""))
+    assert doctor.cure(doctor.Finding("libpng", "", "")) == cure
+    assert (bubblewrap == "not available on this system") == (tool == "brew")
+
+
+def test_grade_in_a_read_only_checkout(checkout: Path, open_folder: Path) -> None:
+    """With BUILD=DIR an ordinary user can grade from a read-only checkout."""
+    build = open_folder / "sortie"
+    build.mkdir()
+    build.chmod(0o777)
+    # The tests' own environment, where that user can read it; else a new one in BUILD.
+    here = Path(sys.prefix)
+    shared = str(here) if reachable(here / "bin" / "python") else ""
+    done = run("make", "grade", f"BUILD={build}", cwd=checkout, ordinary=True, MRT_ENV=shared)
+    assert done.returncode == 0, done.stderr
+    assert (build / "grade" / "results.json").is_file()
+
+
+def test_mrt_is_built_when_something_changed(project: Path) -> None:
+    """`make mrt` builds for a new size or a newer source, and not otherwise."""
+    program = str(project / "core_c" / "mrt")
+
+    def make(*settings: str) -> str:
+        done = run("make", "mrt", *settings, cwd=project)
+        assert (done.returncode, done.stderr) == (0, "")
+        return done.stdout.split(".")[0] + " " + run(program, cwd=project).stdout
+
+    assert make() == "core_c/mrt est prêt 1280"
+    assert make() == "core_c/mrt est à jour 1280"
+    assert make("WIDTH=64") == "core_c/mrt est prêt 64"
+    (project / "core_c" / "sizes.h").write_text("#undef WIDTH\n#define WIDTH 7\n", encoding="utf-8")
+    assert make("WIDTH=64") == "core_c/mrt est prêt 7"
+
+
+def test_mrt_of_other_sources(project: Path) -> None:
+    """SRC=DIR builds that folder's files with the given ones, in BUILD/<its name>/."""
+    (project / "un rendu").mkdir()
+    (project / "core_c" / "main.c").rename(project / "un rendu" / "main.c")
+    done = run("make", "mrt", "SRC=un rendu/", "BUILD=la sortie", cwd=project)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert run(str(project / "la sortie" / "un rendu" / "mrt"), cwd=project).stdout == "1280"
+
+
+@pytest.mark.parametrize(
+    ("setting", "message"),
+    [
+        ("WIDTH=-3", "WIDTH=-3: give a positive integer."),
+        ("HEIGHT=1;ls", "HEIGHT=1;ls: give a positive integer."),
+        ("SRC=grader", "grader: no main.c here. Give SRC=DIR."),
+        ("CC=no-such-cc", "No such compiler: no-such-cc."),
+        ("BUILD=Makefile", "Cannot write in Makefile. Give a folder of yours"),
+    ],
+)
+def test_mrt_refuses_wrong_settings(project: Path, setting: str, message: str) -> None:
+    """A wrong setting is one line that names it."""
+    done = run("make", "mrt", setting, cwd=project, MRT_LANG="en")
+    assert done.returncode != 0
+    assert done.stderr.startswith(message)
+
+
+def test_mrt_that_fails_leaves_no_old_program(project: Path) -> None:
+    """After an error the old program is gone: it must not pass for the new one."""
+    assert run("make", "mrt", cwd=project).returncode == 0
+    (project / "core_c" / "main.c").write_text("int main(void) { return 0 }\n", encoding="utf-8")
+    done = run("make", "mrt", cwd=project)
+    assert done.returncode != 0
+    assert "main.c:1:" in done.stderr
+    assert not (project / "core_c" / "mrt").exists()
+
+
+def test_try_runs_the_students_tests(project: Path) -> None:
+    """`make try` gives the tests their own main, beside the program's, and every other source."""
+    done = run("make", "try", cwd=project)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "42", "")
+
+
+def test_try_without_tests(project: Path) -> None:
+    """Without my_tests.c `make try` says what to write and where."""
+    (project / "core_c" / "my_tests.c").unlink()
+    done = run("make", "try", cwd=project, MRT_LANG="en")
+    assert done.returncode != 0
+    assert done.stderr.startswith("core_c/my_tests.c is missing: write a main() there")
+
+
+def test_try_sees_a_memory_error(project: Path) -> None:
+    """A read past a table stops the tests, and the file and line are named."""
+    if not doctor.builds(["-fsanitize=address,undefined"]):
+        assert not os.environ.get("MRT_CI"), "CI must have the sanitizers"
+        pytest.skip("no sanitizers on this machine")
+    tests = project / "core_c" / "my_tests.c"
+    tests.write_text(SOURCES["my_tests.c"].replace("argc - 1", "argc + 3"), encoding="utf-8")
+    done = run("make", "try", cwd=project)
+    assert done.returncode != 0
+    assert "my_tests.c:4" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("platform", "openmp"),
+    [
+        ("Linux", "-fopenmp"),
+        ("Darwin", "-Xpreprocessor -fopenmp -I/opt/omp/include -L/opt/omp/lib -lomp"),
+    ],
+)
+def test_flags_by_platform(project: Path, tmp_path: Path, platform: str, openmp: str) -> None:
+    """Darwin's OpenMP flags are chosen apart, with Homebrew's library."""
+    script(tmp_path / "bin" / "brew", "echo /opt/omp")
+    script(tmp_path / "bin" / "pkg-config", "exit 1")
+    accepting = script(
+        tmp_path / "bin" / "accepting-cc",
+        'for word; do last=$output; output=$word; [ "$last" = -o ] && break; done\n'
+        'printf "#!/bin/sh\\n" > "$output"; chmod +x "$output"',
+    )
+    done = run(
+        "make",
+        "print-flags",
+        f"PLATFORM={platform}",
+        f"CC={accepting.name}",
+        cwd=project,
+        PATH=f"{accepting.parent}:{os.environ['PATH']}",
+    )
+    common = f"{accepting.name} -std=gnu11 -g -Wall -Wextra"
+    assert done.stdout.splitlines() == [
+        f"mrt: {common} {openmp} -O3 -lm",
+        f"try: {common} -O1 -fno-omit-frame-pointer -fsanitize=address,undefined -lm",
+    ]
+
+
+@pytest.mark.parametrize("platform", ["Linux", "Darwin"])
+def test_flags_of_a_plain_compiler(project: Path, platform: str) -> None:
+    """What the compiler does not take is left out: OpenMP, PNG, the sanitizers."""
+    script(project / "bin" / "plain-cc", "exit 1")
+    path = f"{project / 'bin'}:{os.environ['PATH']}"
+    done = run("make", "print-flags", f"PLATFORM={platform}", "CC=plain-cc", cwd=project, PATH=path)
+    assert done.stdout.splitlines() == [
+        "mrt: plain-cc -std=gnu11 -g -Wall -Wextra -O3 -lm",
+        "try: plain-cc -std=gnu11 -g -Wall -Wextra -O1 -fno-omit-frame-pointer -lm",
+    ]
+
+
+def test_clean_keeps_what_a_student_made(project: Path) -> None:
+    """`make clean` removes build/ and the program, and nothing else."""
+    before = listing(project)
+    (project / "core_c" / "sphere.ppm").write_bytes(b"P6")
+    assert run("make", "mrt", cwd=project).returncode == 0
+    assert run("make", "clean", cwd=project).returncode == 0
+    assert listing(project) == sorted([*before, str(project / "core_c" / "sphere.ppm")])
+
+
+def test_unwritable_folders_name_the_cure(checkout: Path) -> None:
+    """Where neither the checkout nor BUILD can be written, one line says what to do."""
+    command = ("sh", "grader/setup/environment.sh", "grade")
+    done = run(*command, cwd=checkout, ordinary=True, BUILD="/proc/no", MRT_LANG="en")
+    assert done.returncode == 1
+    assert done.stderr.startswith(f"The Python environment cannot be written in {checkout}")
+    assert "make BUILD=DIR" in done.stderr
+    assert done.stderr.count("\n") == 1
+
+
+def test_ci_script_is_sound() -> None:
+    """The CI script can be started, and bash can read it."""
+    ci = ROOT / ".ci" / "run"
+    assert os.access(ci, os.X_OK)
+    assert run("bash", "-n", str(ci), cwd=ROOT).returncode == 0

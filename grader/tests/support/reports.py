@@ -1,0 +1,94 @@
+"""A report in which everything happens, for the tests of what reads results.json."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+from typing import Any
+
+from PIL import Image
+
+from grader.course import exercises as manifest
+from grader.course.texts import Texts
+from grader.evaluation.grading import conclude
+from grader.records import (
+    BuildResult,
+    BuildStatus,
+    Evidence,
+    Finding,
+    Outcome,
+    Pinned,
+    Refusal,
+    Report,
+    Source,
+    Submission,
+    Target,
+    Verdict,
+)
+from grader.report import results as report
+
+RULES = manifest.load()
+# What a submission may try: to be obeyed by a terminal or a browser, or to be read backwards.
+HOSTILE = "f(\x1b)<img src=x onerror=alert(1)></script>\u202e"
+PROGRAM = '/* make try */\nint main(void) {\n    return 0; /* $expected "<1>" */\n}\n'
+LOG = """\
+In file included from main.c:1:
+main.c:7:3: error: expected ‘;’ before ‘}’ token
+    7 |   x
+      |    ^
+main.c:9:1: warning: unused variable ‘y’ [-Wunused-variable]
+"""
+
+
+def png(color: str) -> bytes:
+    """Return a small picture of one colour."""
+    memory = io.BytesIO()
+    Image.new("RGB", (32, 18), color).save(memory, "PNG")
+    return memory.getvalue()
+
+
+PNG = png("navy")
+
+
+def every_outcome(language: str = "fr", folder: Path | None = None) -> dict[str, Any]:
+    """Return the content of results.json for a run in which everything happens.
+
+    The pictures are written beside it when there is a folder.
+    """
+    texts = Texts(language)
+    names = [check.id for exercise in RULES.exercises for check in exercise.checks]
+    findings = [
+        Finding(
+            *(name, "title", outcome, Verdict("death.SIGSEGV", {"call": HOSTILE}), "main.c:3"),
+            output=HOSTILE,
+            evidence=Evidence(
+                reproducer=PROGRAM,
+                images={"expected": PNG, "got": PNG},
+                pinned=Pinned("scene0.flat", 3, 4),
+            ),
+        )
+        for name, outcome in zip(names, Outcome, strict=False)
+    ]
+    checks, exercises = conclude(findings, RULES, texts)
+    if folder:
+        report.write_images(folder, checks)
+    made = Report(
+        submission=Submission(
+            name="rendu",
+            files={"main.c": f"int x;\n\n{HOSTILE}\n".encode()},
+            missing=("octree.c",),
+            refused=(Refusal("@x.c", "name"),),
+            sources=(Source("main.c", "rendu/\udcff/main.c", 1e9),),
+            nearby=(Source("main.c", "main.c", 0.0),),
+        ),
+        language=language,
+        builds=(BuildResult(BuildStatus.BUILT, Target(96, 64), log=LOG, warnings=(LOG,)),),
+        checks=tuple(checks),
+        exercises=tuple(exercises),
+        graded_at=1.5e9,
+        notes=("note",),
+        rejected={"main.c": "main.c ne compile pas"},
+        opened=(1, 2),
+        isolation="strong",
+    )
+    return report.as_json(made, texts)
