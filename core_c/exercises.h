@@ -31,7 +31,7 @@
  * Conventions: lengths in scene units; colours in [0, 1] but for lights, whose sum may exceed 1;
  * "unit" is a vector of norm 1. Pointers are never NULL unless it is said. No function may give a NaN
  * (a "not a number", as 0.f / 0.f) for the arguments allowed here.
- * "Check" is the command that judges the function; K= takes any part of a check's name.
+ * "Check" is the command that judges the function; K= takes an exercise (K=TP2.3) or a function.
  */
 #ifndef EXERCISES_H
 #define EXERCISES_H

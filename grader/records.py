@@ -21,14 +21,6 @@ class BindError(Exception):
     """The given headers cannot be preprocessed or read: not the submission's fault."""
 
 
-class SelectionError(Exception):
-    """The keyword cannot be read (`malformed`), or no check matches it."""
-
-    def __init__(self, malformed: bool) -> None:
-        super().__init__(malformed)
-        self.malformed = malformed
-
-
 class PytestError(Exception):
     """pytest itself failed: the grader's fault."""
 

@@ -112,7 +112,7 @@ def _graded(task: Task, place: Place) -> Bundle:
     with using(Level(settings.isolation)):
         place.warm()
         with Workshop(submission, sizes_for(None), place.folder) as workshop:
-            findings = run_checks(workshop, rules, None, "", _expected(settings))
+            findings = run_checks(workshop, rules, None, folder=_expected(settings))
             texts = Texts(settings.language)
             judged = report_of(workshop, rules, findings, texts, settings.hint)
             shown = dict(gallery.pictures(workshop)) if settings.gallery else {}

@@ -17,6 +17,7 @@ from grader.course import exercises as manifest
 from grader.course.exercises import ManifestError
 from grader.course.sizes import sizes_for
 from grader.course.texts import LANGUAGES, Texts
+from grader.evaluation import selection
 from grader.execution.libraries import Workshop
 from grader.execution.worker_process import MachineError
 from grader.intake.submission import SubmissionError, read_submission
@@ -85,6 +86,7 @@ def _grade(options: argparse.Namespace, texts: Texts) -> int:
     tps = sorted(rules.tps)
     if options.tp is not None and options.tp not in tps:
         raise UsageError("usage.no_tp", tp=options.tp, first=tps[0], last=tps[-1])
+    chosen = selection.choose(rules, options.tp, options.keyword)
     submission = read_submission(options.path, look_around=True)
     _verify_answers(options.expected)
     drawn, cache = sizes_for(options.tp), options.build / "cache"
@@ -94,7 +96,7 @@ def _grade(options: argparse.Namespace, texts: Texts) -> int:
     ):
         from grader.commands.grade import grade  # while the compiler runs: it takes as long
 
-        content = grade(workshop, rules, options, isolation, texts)
+        content = grade(workshop, rules, chosen, options, isolation, texts)
     if content["incomplete"]:
         return FAILED
     return BELOW if content["score"] < options.fail_under else GRADED
@@ -130,8 +132,8 @@ def _parser(texts: Texts) -> Parser:
         grade.add_argument(*names, help=texts.say(key), **settings)
 
     add("path", key="usage.path", type=Path, metavar="PATH")
-    add("--tp", key="usage.tp", type=int, metavar="N")
-    add("-k", key="usage.keyword", dest="keyword", default="", metavar="EXPR")
+    add("--tp", key="usage.tp", type=usage.tp_number, metavar="N")
+    add("-k", key="usage.keyword", dest="keyword", default="", metavar="NAME")
     add("--hint", key="usage.hint", type=int, choices=HINT_LEVELS, default=1)
     add("--lang", key="usage.language", choices=LANGUAGES)
     add("--fail-under", key="usage.fail_under", type=float, default=0.0, metavar="POINTS")

@@ -7,18 +7,18 @@ page's templates take as long to load as a file takes to compile.
 from __future__ import annotations
 
 import argparse
+from collections.abc import Collection
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from grader.build.target import BuildError
-from grader.console.parser import UsageError
 from grader.course.exercises import Manifest
 from grader.course.texts import Texts
 from grader.evaluation.pipeline import report_of
 from grader.evaluation.plugin import run_checks
 from grader.execution.libraries import Workshop
-from grader.records import Finding, Report, SelectionError
+from grader.records import Report
 from grader.report import history, junit, page, terminal
 from grader.report import results as report
 from grader.sandbox.levels import Isolation
@@ -27,30 +27,22 @@ from grader.sandbox.levels import Isolation
 def grade(
     workshop: Workshop,
     rules: Manifest,
+    chosen: Collection[str],
     options: argparse.Namespace,
     isolation: Isolation,
     texts: Texts,
 ) -> dict[str, Any]:
     """Judge, write the results and show them; return the content of results.json.
 
-    Raises UsageError, and what run_checks does.
+    Raises what run_checks does, and BuildError.
     """
-    findings = _findings(workshop, rules, options)
+    findings = run_checks(workshop, rules, options.tp, chosen, options.expected)
     partial = options.tp is not None or bool(options.keyword)
     judged = report_of(workshop, rules, findings, texts, options.hint, partial)
     content = report.as_json(replace(judged, isolation=isolation.level.value), texts)
     folder = options.build / "grade" / ("partial" if content["partial"] else "")
     terminal.show(content, _write(folder, content, judged), texts)
     return content
-
-
-def _findings(workshop: Workshop, rules: Manifest, options: argparse.Namespace) -> list[Finding]:
-    try:
-        return run_checks(workshop, rules, options.tp, options.keyword, options.expected)
-    except SelectionError as error:
-        names = {check.id.split(".")[1]: None for check in rules.checks().values()}
-        key = "usage.bad_keyword" if error.malformed else "usage.no_match"
-        raise UsageError(key, keyword=options.keyword, names=", ".join(names)) from error
 
 
 def _write(folder: Path, content: dict[str, Any], judged: Report) -> Path:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import re
-import sys
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
@@ -22,6 +21,12 @@ _COMPLAINTS = (
     (r"argument (?P<name>.*): invalid \w+ value: (?P<got>.*)", "usage.bad_value"),
     (r"argument (?P<name>.*): expected one argument", "usage.no_value"),
 )
+# The settings of make that reach an option.
+_SETTINGS = {
+    **{f"--{name}": name.upper() for name in ("tp", "hint", "isolation", "expected", "build")},
+    **{f"--{name}": name.upper() for name in ("out", "jobs", "scheduler", "worksheet")},
+    "-k": "K",
+}
 
 
 class UsageError(Told):
@@ -47,9 +52,8 @@ class Parser(argparse.ArgumentParser):
         return self._own(super().format_help())
 
     def error(self, message: str) -> NoReturn:
-        """Say what is wrong with the command line, and exit with 2."""
-        self.print_usage(sys.stderr)
-        self.exit(2, f"{self.prog}: {complaint(message, self._texts)}\n")
+        """Say in one line what is wrong with the command line, and exit with 2."""
+        self.exit(2, f"{complaint(message, self._texts)}\n")
 
     def _own(self, text: str) -> str:
         return re.sub("^usage:", self._texts.say("usage.usage"), text)
@@ -59,8 +63,21 @@ def complaint(message: str, texts: Texts) -> str:
     """Return our sentence for a complaint of argparse's; its own when we have none."""
     for pattern, key in _COMPLAINTS:
         if found := re.fullmatch(pattern, message, re.DOTALL):
-            return texts.say(key, **found.groupdict())
+            values = found.groupdict()
+            if "name" in values:
+                values["name"] = _typed(values["name"])
+            return texts.say(key, **values)
     return message
+
+
+def _typed(name: str) -> str:
+    """Return an option as it is typed: those of make come first."""
+    return f"{_SETTINGS[name]} ({name})" if name in _SETTINGS else name
+
+
+def tp_number(text: str) -> int:
+    """Read the number of a TP, written 2 or TP2. Raises ValueError."""
+    return int(text.lower().removeprefix("tp"))
 
 
 def language(words: Sequence[str]) -> str:

@@ -9,7 +9,7 @@ import contextlib
 import io
 import os
 import time
-from collections.abc import Generator
+from collections.abc import Collection, Generator
 from pathlib import Path
 
 import pytest
@@ -27,7 +27,7 @@ from grader.evaluation.recognition import is_picture, named
 from grader.evaluation.worst_pixel import pinned
 from grader.execution.libraries import Workshop
 from grader.execution.worker_process import MachineError
-from grader.records import Evidence, Finding, Outcome, PytestError, SelectionError
+from grader.records import Evidence, Finding, Outcome, PytestError
 
 CHECKS = PACKAGE / "checks"
 MAX_OUTPUT = 1000  # characters of what a check's code printed that go into the report
@@ -49,29 +49,25 @@ def run_checks(
     workshop: Workshop,
     rules: Manifest,
     tp: int | None,
-    keyword: str,
+    chosen: Collection[str] | None = None,
     folder: Path = FOLDER,
 ) -> list[Finding]:
-    """Run the checks of a TP (None: of those that count) whose names match pytest's expression.
+    """Run the chosen checks (None: all) of a TP (None: of those that count).
 
-    `folder` is that of the expected data. Raises SelectionError, PytestError.
+    `folder` is that of the expected data. Raises PytestError.
     """
     # Neither a plugin that happens to be installed nor the project's own settings have a say here.
     os.environ["PYTEST_DISABLE_PLUGIN_AUTOLOAD"] = "1"
-    plugin = GraderPlugin(workshop, rules, tp, folder)
+    plugin = GraderPlugin(workshop, rules, tp, folder, chosen=chosen)
     arguments = ["-c", os.devnull, "--rootdir", str(CHECKS), "--strict-markers", "-W", "ignore"]
     arguments += ["--import-mode=importlib", *(f"-pno:{name}" for name in _UNUSED)]
-    arguments += ["-k", keyword] if keyword else []
     with contextlib.redirect_stderr(io.StringIO()) as said, contextlib.closing(plugin.ahead):
         status = pytest.main([*arguments, str(CHECKS)], plugins=[plugin])
-    if status == pytest.ExitCode.USAGE_ERROR:
-        raise SelectionError(malformed=True)
     if status == pytest.ExitCode.INTERRUPTED and not plugin.failure:
         raise KeyboardInterrupt
-    if plugin.failure or status == pytest.ExitCode.INTERNAL_ERROR:
+    failed = (pytest.ExitCode.INTERNAL_ERROR, pytest.ExitCode.USAGE_ERROR)
+    if plugin.failure or status in failed:
         raise PytestError(plugin.failure or f"pytest ended with {status}: {said.getvalue()}")
-    if keyword and not plugin.findings:
-        raise SelectionError(malformed=False)
     findings = retried(plugin.findings, rules, workshop, folder, plugin.again)
     findings = _pinned(findings, rules, workshop, folder)
     try:
@@ -106,11 +102,12 @@ class GraderPlugin:
         tp: int | None,
         folder: Path,
         texts: Texts | None = None,
+        chosen: Collection[str] | None = None,
     ) -> None:
         self.findings: list[Finding] = []
         self.failure = ""
         self._workshop, self._rules, self._tp = workshop, rules, tp
-        self._folder = folder
+        self._folder, self._chosen = folder, chosen
         self._texts = texts  # in which pytest's own report tells what is wrong
         self._items: dict[str, pytest.Function] = {}
         self.ahead = Ahead(rules, self._run_ahead)
@@ -129,7 +126,7 @@ class GraderPlugin:
         everything = list(items)
         yield
         checks = self._rules.checks()
-        wanted = {_check_id(item) for item in items}
+        wanted = {name for item in items if self._is_chosen(name := _check_id(item))}
         wanted |= {checks[each].twin for each in wanted}
         self._items = {
             _check_id(item): item
@@ -145,6 +142,9 @@ class GraderPlugin:
         for exercise in counting:
             self._workshop.prepare_counted(self._rules.exercise(exercise).file)
         items[:] = [self._items[name] for name in self.ahead.order([*self._items])]
+
+    def _is_chosen(self, check: str) -> bool:
+        return self._chosen is None or check in self._chosen
 
     def _is_asked(self, tp: int) -> bool:
         return course.load().is_counted(tp) if self._tp is None else tp == self._tp

@@ -61,7 +61,7 @@ def as_json(report: Report, texts: Texts) -> dict[str, Any]:
         "opened_tps": list(report.opened),
         "unjudged_tps": list(report.unjudged),
         "tps": [_tp(tp, counted) for tp in sorted({each.tp for each in counted})],
-        "exercises": [_exercise(each) for each in report.exercises],
+        "exercises": [_exercise(each, report.checks) for each in report.exercises],
         "checks": [_check(each, report.submission.files) for each in _in_order(report.checks)],
         # Since the last full run: what history.py knows.
         "changes": [],
@@ -201,7 +201,9 @@ def _tp(tp: int, exercises: list[ExerciseResult]) -> dict[str, float]:
     return {"tp": tp, **_score("score", [each for each in exercises if each.tp == tp])}
 
 
-def _exercise(result: ExerciseResult) -> dict[str, Any]:
+def _exercise(result: ExerciseResult, checks: Sequence[CheckResult]) -> dict[str, Any]:
+    run = sum(each.exercise == result.id for each in checks)
+    of = len(manifest.load().exercise(result.id).checks)
     return {
         "id": result.id,
         "tp": result.tp,
@@ -212,6 +214,7 @@ def _exercise(result: ExerciseResult) -> dict[str, Any]:
         "outcome": result.outcome.value,
         "points": result.points / 100,
         "max_points": result.max_points / 100,
+        **({"part": {"run": run, "of": of}} if run < of else {}),
     }
 
 

@@ -64,6 +64,19 @@ class Summary:
         """Return "2,5 / 4"."""
         return f"{self.texts.number(points)} / {self.texts.number(maximum)}"
 
+    def worth(self, exercise: Row) -> str:
+        """Return the points of an exercise; how many of its checks were run when not all were."""
+        part = exercise.get("part")
+        if part:
+            return self.texts.say("report.part", **part)
+        bonus = f" {self.texts.say('report.bonus')}" if exercise["bonus"] else ""
+        return self.points(exercise["points"], exercise["max_points"]) + bonus
+
+    @property
+    def parts(self) -> list[Row]:
+        """The exercises of which some checks were not asked for: they have no points to tell."""
+        return [each for each in self.content["exercises"] if "part" in each]
+
     def totals(self) -> Iterator[Line]:
         """Say the total and the bonus, and what keeps them from being a mark."""
         content, say = self.content, self.texts.say
@@ -71,12 +84,16 @@ class Summary:
             yield say("report.partial"), ""
         if content["incomplete"]:
             yield say("report.incomplete"), "magenta"
-        if not content["checks"]:
+        for each in self.parts:
+            count = each["part"]["of"] - each["part"]["run"]
+            yield say("report.part_left", id=each["id"], count=count), ""
+        if not content["checks"] or self.parts:
             return
         waiting = any(each["outcome"] == "blocked" for each in content["checks"])
         key = "report.total_at_least" if waiting else "report.total"
-        yield say(key, points=self.points(content["score"], content["max_score"])), "bold"
-        if content["bonus"]:
+        if content["max_score"]:
+            yield say(key, points=self.points(content["score"], content["max_score"])), "bold"
+        if content["bonus"] or not content["max_score"]:
             points = self.points(content["bonus"], content["max_bonus"])
             yield say("report.bonus_total", points=points), ""
 

@@ -160,11 +160,10 @@ class View:
         return [outcomes, ids, [_cut(each, len(each) + room) for each in titles], *kept], ends
 
     def _end(self, exercise: Row, cells: int) -> str:
-        points = self.summary.points(exercise["points"], exercise["max_points"])
-        bonus = f" {self.texts.say('report.bonus')}" if exercise["bonus"] else ""
         # A screen reader would spell the bar out.
-        bar = f"{_bar(exercise, cells)}  " if self.width and cells else ""
-        return f"{bar}{points}{bonus}"
+        is_drawn = self.width and cells and "part" not in exercise
+        bar = f"{_bar(exercise, cells)}  " if is_drawn else ""
+        return f"{bar}{self.summary.worth(exercise)}"
 
     def _details(self) -> Iterator[Line]:
         """Tell what is wrong, with a question, of what was tried; then the notes.

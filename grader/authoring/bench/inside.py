@@ -48,7 +48,7 @@ def main() -> int:
 
     Channel.close = read_and_close  # type: ignore[method-assign]
     with Workshop(read_submission(submission), sizes_for(None), cache) as workshop:
-        run_checks(workshop, manifest.load(), None, "")
+        run_checks(workshop, manifest.load(), None)
     print(sum(seconds))
     return 0
 

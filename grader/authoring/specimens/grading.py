@@ -14,6 +14,7 @@ from grader.course.sizes import sizes_for
 from grader.course.texts import Texts
 from grader.evaluation.pipeline import report_of
 from grader.evaluation.plugin import run_checks
+from grader.evaluation.recognition import is_picture
 from grader.execution.libraries import Workshop
 from grader.records import CheckResult, Finding, Report, Submission
 from grader.report import results as report
@@ -25,10 +26,9 @@ def exercise_findings(
     """Run the checks of one exercise but its pictures, on the expected data of a folder."""
     rules = manifest.load()
     chosen = rules.exercise(exercise)
-    ids = [each.id.partition(".")[2] for each in chosen.checks]
-    names = [f"test_{each.replace('.', '_')}" for each in ids if not each.startswith("scene.")]
+    ids = [each.id for each in chosen.checks if not is_picture(each.id)]
     with Workshop(submission, sizes_for(chosen.tp), cache) as workshop:
-        findings = run_checks(workshop, rules, chosen.tp, " or ".join(names), folder)
+        findings = run_checks(workshop, rules, chosen.tp, ids, folder)
     return [each for each in findings if rules.checks()[each.check].exercise == exercise]
 
 
@@ -64,7 +64,7 @@ def _report(
     rules = manifest.load()
     chosen = toolchain.find_compiler(compiler)
     with Workshop(submission, sizes_for(tp), cache, chosen, tuple(flags)) as workshop:
-        findings = run_checks(workshop, rules, tp, "")
+        findings = run_checks(workshop, rules, tp)
         return report_of(workshop, rules, findings, Texts("en"))
 
 

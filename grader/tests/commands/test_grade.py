@@ -234,10 +234,20 @@ def test_files_that_do_not_compile_show_the_compiler_first(grade: Grade, submiss
 
 
 def test_a_part_can_be_asked_for(grade: Grade, submission: Write) -> None:
-    """A name or a TP selects checks, with the twin that they need, into a folder of their own."""
-    done = grade(submission(), "-k", "fill_rect and off_screen")
+    """A name or a TP selects checks, with the twin that they need, into a folder of their own.
+
+    Points are told of whole exercises only.
+    """
+    done = grade(submission(), "-k", "fill_rect.off_screen")
     assert set(done.points()) == {"fill_rect.inside", "fill_rect.off_screen"}
     assert done.results["partial"] is True
+    assert done.results["exercises"][0]["part"] == {"run": 2, "of": 4}
+    assert "fill_rect  vérifications faites : 2 sur 4" in done.out
+    assert "TP1.4 : vérifications qui n'ont pas été faites : 2" in done.out
+    assert "Total" not in done.out
+    whole = grade(submission(), "-k", "fill_rect")
+    assert "Total provisoire : 4 / 4" in whole.out
+    assert "part" not in whole.results["exercises"][0]
     other = grade(submission(), "--tp", "2")
     assert {each["tp"] for each in other.results["checks"]} == {2}
 
@@ -245,9 +255,9 @@ def test_a_part_can_be_asked_for(grade: Grade, submission: Write) -> None:
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        (["-k", "zorg"], "Aucune vérification ne correspond à « zorg »"),
-        (["-k", "a b"], "« a b » ne peut pas être lu"),
-        (["--tp", "9"], "Il n'y a pas de TP9"),
+        (["-k", "a or b"], "K= prend un nom, ou plusieurs"),
+        (["-k", "draw"], "draw : la machine ne juge pas cela"),
+        (["--tp", "TP9"], "Il n'y a pas de TP9"),
     ],
 )
 def test_wrong_words_are_wrong_use(
@@ -258,6 +268,16 @@ def test_wrong_words_are_wrong_use(
     assert (done.code, done.out) == (2, "")
     assert done.err.startswith(sentence)
     assert done.err.count("\n") == 1
+
+
+def test_a_name_that_is_nothing_is_told_before_anything_is_compiled(
+    grade: Grade, submission: Write
+) -> None:
+    """The functions are listed by TP, on a machine that could not compile."""
+    done = grade(submission(), "-k", "miniraytracer", CC="no-such-compiler")
+    assert done.code == 2
+    assert done.err.startswith("Rien ne s'appelle « miniraytracer » ici.")
+    assert "\n  TP1  fill_red, fill, horizontal_gradient" in done.err
 
 
 def test_no_folder_is_wrong_use(grade: Grade, tmp_path: Path) -> None:

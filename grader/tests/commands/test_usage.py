@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from grader import commands as cli
-from grader.console.parser import complaint
+from grader.console.parser import complaint, tp_number
 from grader.course import settings as course
 from grader.course.texts import Texts
 from grader.tests.support.judging import judge, solution
@@ -17,9 +17,9 @@ from grader.tests.support.judging import judge, solution
     ("words", "said"),
     [
         (["grade"], "Il manque : PATH."),
-        (["grade", "x", "--tp", "deux"], "--tp ne peut pas être 'deux'."),
-        (["grade", "x", "--tp"], "--tp demande une valeur."),
-        (["grade", "x", "--hint", "9"], "--hint ne peut pas être 9 ; au choix : 1, 2, 3."),
+        (["grade", "x", "--tp", "deux"], "TP (--tp) ne peut pas être 'deux'."),
+        (["grade", "x", "--tp"], "TP (--tp) demande une valeur."),
+        (["grade", "x", "--hint", "9"], "HINT (--hint) ne peut pas être 9 ; au choix : 1, 2, 3."),
         (["grade", "x", "--nothing"], "Non compris : --nothing."),
         (["nothing"], "COMMANDE ne peut pas être 'nothing' ; au choix : 'grade'"),
     ],
@@ -30,14 +30,21 @@ def test_a_wrong_command_line_is_told_in_french(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    """One sentence on stderr after the line of usage, and 2."""
+    """One line on stderr, which names what was typed, and 2."""
     monkeypatch.delenv("MRT_LANG", raising=False)
     with pytest.raises(SystemExit) as caught:
         cli.main(words)
     out, err = capsys.readouterr()
     assert (caught.value.code, out) == (2, "")
-    assert err.startswith("utilisation : python -m grader")
-    assert said.replace("'", "") in err.replace("'", "")  # Python's versions quote differently
+    assert err.replace("'", "").startswith(said.replace("'", ""))  # Pythons quote differently
+    assert err.count("\n") == 1
+
+
+def test_a_tp_is_named_by_its_number_or_its_name() -> None:
+    """TP=TP2 is TP=2; what is neither is refused."""
+    assert [tp_number(text) for text in ("2", "TP2", "tp2")] == [2, 2, 2]
+    with pytest.raises(ValueError, match="deux"):
+        tp_number("deux")
 
 
 def test_the_help_speaks_the_language_asked_for(capsys: pytest.CaptureFixture[str]) -> None:
@@ -64,7 +71,7 @@ def test_a_tp_that_is_not_open_is_neither_judged_nor_counted(
     """Unless the settings say so, or it is asked for."""
     only = course.Course("fr", "c", (1,), count_closed=False)
     monkeypatch.setattr(course, "load", lambda: only)
-    keyword = "fill_red or reflectance"
+    keyword = "tp1.fill_red or tp5.reflectance"
     assert {each.tp for each in judge(solution(), cache, keyword=keyword).values()} == {1}
     assert {each.tp for each in judge(solution(), cache, 5, keyword).values()} == {5}
     every = course.Course("fr", "c", (1,), count_closed=True)

@@ -115,6 +115,25 @@ def test_one_line_per_exercise_and_totals() -> None:
     assert "Bonus : 4 / 4" in with_bonus
 
 
+def test_a_part_of_an_exercise_has_no_points_to_tell(monkeypatch: pytest.MonkeyPatch) -> None:
+    """How many checks were run, and how to run the others; nothing is added up."""
+    row = exercise(1, "passed", 1, part={"run": 2, "of": 7})
+    report = content((row, [check(1, "passed")]), partial=True)
+    for lines in (shown(report), plain(on_screen(report, monkeypatch))):
+        assert "  juste  TP1.1  titre 1  f1  vérifications faites : 2 sur 7" in lines
+        left = "TP1.1 : vérifications qui n'ont pas été faites : 5"
+        assert any(line.startswith(left) and "make grade K=TP1.1" in line for line in lines)
+        assert not any(line.startswith(("Total", "Bonus")) for line in lines)
+
+
+def test_a_bonus_alone_has_no_total_of_nothing() -> None:
+    """Never "0 / 0"; its own points are told even when there are none."""
+    row = exercise(1, "failed", 0, bonus=True)
+    lines = shown(content((row, [check(1, "failed")]), partial=True))
+    assert "Bonus : 0 / 4" in lines
+    assert not any("0 / 0" in line for line in lines)
+
+
 def test_a_terminal_has_bars_and_colours(monkeypatch: pytest.MonkeyPatch) -> None:
     """The words are the same; what is to do has no colour."""
     lines = on_screen(content(*THREE), monkeypatch)
