@@ -25,13 +25,12 @@ from typing import Any
 import grader
 from grader.authoring.expected.command import SEED
 from grader.authoring.skeleton import leaks, skeleton
-from grader.course import exercises as manifest
-from grader.course import settings as course
+from grader.course import exercises, settings
 from grader.course.exercises import ROOT
+from grader.course.message import UserError
 from grader.course.texts import Texts, preferred
 from grader.intake import authors, originals
-from grader.records import Told
-from grader.setup import release_record as handout
+from grader.setup import release_record
 from grader.setup.release_record import RECORD, TOP, Release, digest
 
 # Beside the files that exercises.toml names.
@@ -53,7 +52,7 @@ GIT_SECONDS = 30
 FIRST_DATE = 315532800  # 1980: no .zip can hold an earlier one
 
 
-class ReleaseError(Told):
+class ReleaseError(UserError):
     """The archive cannot be made: a sentence of [release] in messages/."""
 
 
@@ -70,10 +69,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         verify_history(files, ROOT)
         content = packed(files)
         _write(options.out, content)
-    except Told as error:
+    except UserError as error:
         print(texts.say(error.key, **error.values), file=sys.stderr)
         return 1
-    except (skeleton.SkeletonError, manifest.ManifestError) as error:
+    except (skeleton.SkeletonError, exercises.ManifestError) as error:
         print(error, file=sys.stderr)
         return 1
     size = texts.number(round(len(content) / 1e6, 1))
@@ -86,7 +85,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def collect(root: Path) -> dict[str, bytes]:
     """Return the files of the archive by path, the record too. Raises ReleaseError."""
-    rules = manifest.load()
+    rules = exercises.load()
     core = [f"core_c/{name}" for name in (*originals.names(), *rules.ungraded, *CORE_FILES)]
     paths = [*core, *WHOLE_FILES, *_listed(root)]
     files = {path: _read(root, path) for path in paths}
@@ -104,7 +103,7 @@ def packed(files: Mapping[str, bytes]) -> bytes:
 
     Another date each time, or Python would take its compiled files for those of the last release.
     """
-    date = time.gmtime(max(handout.parse(files[RECORD]).date, FIRST_DATE))[:6]
+    date = time.gmtime(max(release_record.parse(files[RECORD]).date, FIRST_DATE))[:6]
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w", zipfile.ZIP_STORED) as archive:
         for path, content in sorted(files.items()):
@@ -203,7 +202,7 @@ def verify(files: Mapping[str, bytes], root: Path) -> None:
 
 def _verify_core(files: Mapping[str, bytes], root: Path) -> None:
     """Raise ReleaseError unless students start from the skeleton, with nobody's names in it."""
-    for name, text in skeleton.make_all(root / "reference", manifest.load()).items():
+    for name, text in skeleton.make_all(root / "reference", exercises.load()).items():
         if files[f"core_c/{name}"] != text.encode():
             raise ReleaseError("release.not_skeleton", path=f"core_c/{name}")
     handed_out = {name: files[f"core_c/{name}"] for name in originals.names()}
@@ -249,11 +248,11 @@ def _verify_notebooks(files: Mapping[str, bytes]) -> None:
 
 def _verify_course(files: Mapping[str, bytes]) -> None:
     """Raise ReleaseError for settings that name persons; ManifestError when they are wrong."""
-    path = course.COURSE.relative_to(ROOT).as_posix()
+    path = settings.COURSE.relative_to(ROOT).as_posix()
     with tempfile.TemporaryDirectory() as folder:
-        place = Path(folder, course.COURSE.name)
+        place = Path(folder, settings.COURSE.name)
         place.write_bytes(files[path])
-        people = course.load(place).people
+        people = settings.load(place).people
     if people.excused or people.extensions:
         raise ReleaseError("release.people", path=path)
 

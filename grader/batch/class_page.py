@@ -10,8 +10,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-from grader.batch import grades_csv as grades
-from grader.batch import statistics
+from grader.batch import grades_csv, statistics
 from grader.batch.records import Graded, Mark
 from grader.batch.results_folder import STUDENTS
 from grader.course.settings import Course
@@ -50,7 +49,7 @@ def _rows(
     marks: Sequence[Mark], graded: Mapping[str, Graded], names: bool, texts: Texts
 ) -> list[dict[str, Any]]:
     """Return a line for each person; when pseudonymous, in an order that tells nothing."""
-    hidden = grades.pseudonyms(marks)
+    hidden = grades_csv.pseudonyms(marks)
     rows = []
     for each in marks:
         name = each.member.submission
@@ -67,7 +66,7 @@ def _rows(
                 "tps": {row["tp"]: row for row in results["tps"]} if results else {},
                 "bad": {key: outcomes.count(key) for key in ("crashed", "timeout")},
                 # Sentences may name a person.
-                "why": grades.sentence(each, texts) if names else [],
+                "why": grades_csv.sentence(each, texts) if names else [],
                 "seconds": known.seconds if known and results else None,
                 "error": each.error,
             }

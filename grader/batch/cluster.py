@@ -12,14 +12,14 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 from grader.batch.grade_one import grade
-from grader.batch.records import BatchError, Bundle, Task
+from grader.batch.records import BatchError, GradedFiles, Task
 
 CONNECT_SECONDS = 20
 TRIES = 2
 AHEAD = 2  # tasks sent for each worker: the next one is there when it has done one
 
 
-def run(tasks: Iterable[Task], address: str) -> Iterator[Bundle]:
+def run(tasks: Iterable[Task], address: str) -> Iterator[GradedFiles]:
     """Grade on the cluster; yield each bundle when it is known. Raises BatchError."""
     try:
         distributed: Any = importlib.import_module("distributed")
@@ -33,7 +33,7 @@ def run(tasks: Iterable[Task], address: str) -> Iterator[Bundle]:
         yield from _all(client, distributed, iter(tasks))
 
 
-def _all(client: Any, distributed: Any, tasks: Iterator[Task]) -> Iterator[Bundle]:
+def _all(client: Any, distributed: Any, tasks: Iterator[Task]) -> Iterator[GradedFiles]:
     turns: dict[Any, tuple[Task, int]] = {}
     done = distributed.as_completed()
 
@@ -49,7 +49,9 @@ def _all(client: Any, distributed: Any, tasks: Iterator[Task]) -> Iterator[Bundl
     for future in done:
         task, turn = turns.pop(future)
         error = future.exception()
-        bundle = Bundle(task.name, failure=f"{type(error).__name__}") if error else future.result()
+        bundle = (
+            GradedFiles(task.name, failure=f"{type(error).__name__}") if error else future.result()
+        )
         future.release()
         if (bundle.failure or bundle.incomplete) and turn < TRIES:
             send(task, turn + 1)

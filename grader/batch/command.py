@@ -13,22 +13,21 @@ from pathlib import Path
 
 from rich.console import Console
 
-from grader.batch import cluster, outputs
-from grader.batch import pool as crew
+from grader.batch import cluster, outputs, pool
 from grader.batch.discovery import discover
 from grader.batch.progress import Meter
-from grader.batch.records import BatchError, Bundle, Graded, Settings, Task
-from grader.batch.results_folder import Desk, Known
-from grader.batch.tasks import Reading, read_candidate, task_of
+from grader.batch.records import BatchError, Graded, GradedFiles, Settings, Task
+from grader.batch.results_folder import ResultsFolder, StoredResult
+from grader.batch.tasks import TaskReader, read_candidate, task_of
 from grader.console import parser as usage
 from grader.console.parser import Parser
 from grader.course import settings as course
 from grader.course.exercises import ManifestError
+from grader.course.message import UserError
 from grader.course.settings import Course
 from grader.course.texts import LANGUAGES, Texts
 from grader.execution.canary import CanaryError, prove
-from grader.records import Told
-from grader.sandbox import bubblewrap as bubble
+from grader.sandbox import bubblewrap
 from grader.sandbox.levels import IsolationError, Level, using
 
 DONE, WRONG_USE, FAILED, INTERRUPTED = 0, 2, 3, 130
@@ -47,7 +46,7 @@ def main(arguments: Sequence[str]) -> int:
     except IsolationError as error:
         sentence = f"{error.sentence(texts)} {texts.say('batch.need_strong')}"
         return _complain(sentence, FAILED)
-    except Told as error:
+    except UserError as error:
         return _complain(texts.say(error.key, **error.values), FAILED)
     except (ManifestError, CanaryError) as error:
         return _complain(str(error), FAILED)
@@ -60,7 +59,7 @@ def _batch(options: argparse.Namespace, texts: Texts) -> int:
     if not options.path.exists():
         raise BatchError("batch.no_submissions", path=options.path)
     for path in (options.path, options.out, options.expected):
-        if path and bubble.is_system(path.resolve()):
+        if path and bubblewrap.is_system(path.resolve()):
             raise BatchError("batch.seen", path=path)
     if not options.scheduler:
         _prove(Level(options.isolation), texts)
@@ -71,13 +70,13 @@ def _batch(options: argparse.Namespace, texts: Texts) -> int:
         str(options.expected.absolute()) if options.expected else "",
         options.gallery,
     )
-    with Desk(options.out) as desk:
-        with desk.writing(desk.out):
-            candidates = discover(options.path.absolute(), desk.work / "unpacked", desk.out)
+    with ResultsFolder(options.out) as results:
+        with results.writing(results.out):
+            candidates = discover(options.path.absolute(), results.work / "unpacked", results.out)
         readings = [read_candidate(each, settings) for each in candidates]
-        graded = _grade(readings, desk, options, settings, texts)
+        graded = _grade(readings, results, options, settings, texts)
         asked = outputs.Asked(options.path, rules, options.worksheet, options.names)
-        told = outputs.write_all(desk, readings, graded, asked, texts)
+        told = outputs.write_all(results, readings, graded, asked, texts)
     sys.stdout.write("".join(f"{line}\n" for line in told.lines))
     return FAILED if told.failed else DONE
 
@@ -99,47 +98,49 @@ def _prove(level: Level, texts: Texts) -> None:
 
 
 def _grade(
-    readings: Sequence[Reading],
-    desk: Desk,
+    readings: Sequence[TaskReader],
+    results: ResultsFolder,
     options: argparse.Namespace,
     settings: Settings,
     texts: Texts,
 ) -> dict[str, Graded]:
     """Grade what is not known yet; return what is known of each candidate, by its name."""
     found = {each.candidate.name: Graded(each.candidate) for each in readings}
-    todo: dict[str, Reading] = {}
+    todo: dict[str, TaskReader] = {}
     for each in readings:
         if not each.parts:
             continue
         name = each.candidate.name
-        known = desk.known(name)
+        known = results.known(name)
         if known and known.fresh and known.parts == each.parts and not options.again:
             found[name] = _graded(each, known)
         else:
             todo[name] = each
     meter = Meter(texts, len(todo), Console(file=sys.stderr))
-    with desk.writing(desk.work), meter:
+    with results.writing(results.work), meter:
         tasks = (task_of(each.candidate, settings) for each in todo.values())
-        for bundle in _bundles(tasks, desk, options):
+        for bundle in _bundles(tasks, results, options):
             reading = todo[bundle.name]
             if bundle.failure:
-                desk.verify()  # or all the others would fail too
+                results.verify()  # or all the others would fail too
                 own = Graded(reading.candidate, failure=bundle.failure, parts=reading.parts)
             else:
-                own = _graded(reading, desk.save(bundle, reading.parts))
+                own = _graded(reading, results.save(bundle, reading.parts))
             found[bundle.name] = own
             meter.step(bool(bundle.failure) or bundle.incomplete)
     return found
 
 
-def _graded(reading: Reading, known: Known) -> Graded:
+def _graded(reading: TaskReader, known: StoredResult) -> Graded:
     return Graded(reading.candidate, known.summary, "", known.parts, known.seconds, known.cpu)
 
 
-def _bundles(tasks: Iterator[Task], desk: Desk, options: argparse.Namespace) -> Iterator[Bundle]:
+def _bundles(
+    tasks: Iterator[Task], results: ResultsFolder, options: argparse.Namespace
+) -> Iterator[GradedFiles]:
     if options.scheduler:
         return cluster.run(tasks, options.scheduler)
-    return crew.run(tasks, options.jobs, desk.work)
+    return pool.run(tasks, options.jobs, results.work)
 
 
 def _parser(texts: Texts) -> Parser:

@@ -14,11 +14,12 @@ import unicodedata
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from grader.batch import moodle_archive as unpacking
+from grader.batch import moodle_archive
 from grader.batch.records import BatchError, Candidate
-from grader.course import exercises as manifest
+from grader.course import exercises
+from grader.course.message import Message
 from grader.intake import archives
-from grader.records import Refusal, Verdict
+from grader.intake.records import Refusal
 
 MAX_LABEL = 80  # characters
 MAX_LISTED = 6
@@ -43,13 +44,13 @@ def discover(path: Path, work: Path, leave: Path) -> list[Candidate]:
 
 
 def _is_moodle(path: Path) -> bool:
-    return any(_MOODLE.match(each.split("/")[0]) for each in unpacking.names(path))
+    return any(_MOODLE.match(each.split("/")[0]) for each in moodle_archive.names(path))
 
 
 def _in_archive(path: Path, work: Path, leave: Path) -> list[Candidate]:
     folder = work / f"from-{_safe(path.name)}"
     folder.mkdir(parents=True)
-    refused = unpacking.unpack(path, folder)
+    refused = moodle_archive.unpack(path, folder)
     return _in_folder(folder, work, leave, refused)
 
 
@@ -68,7 +69,7 @@ def _in_folder(
             parts.setdefault((moodle["label"], moodle["number"]), []).append(path)
         elif path.is_symlink() or path.is_dir():
             found.append(_candidate(name, "", [path], refused))
-        elif path.is_file() and unpacking.is_archive(path):
+        elif path.is_file() and moodle_archive.is_archive(path):
             if path.suffix == ".zip" and _is_moodle(path):
                 found += _in_archive(path, work, leave)
             else:
@@ -92,7 +93,7 @@ def _gathered(paths: Sequence[Path], work: Path, number: str) -> list[Path]:
     for path in loose:
         found = _MOODLE.fullmatch(path.name)
         rest = (found["rest"] if found else "") or path.name
-        if unpacking.is_wanted(Path(rest)) and not (folder / rest).exists():
+        if moodle_archive.is_wanted(Path(rest)) and not (folder / rest).exists():
             shutil.copy2(path, folder / rest)
     return [*places, folder]
 
@@ -103,19 +104,19 @@ def _candidate(
     label = _safe(label)
     name = f"{label}_{number}" if number else label
     remarks = tuple(
-        Verdict("batch.refused", {"path": each.path, "reason": Verdict(f"refused.{each.reason}")})
+        Message("batch.refused", {"path": each.path, "reason": Message(f"refused.{each.reason}")})
         for path in paths
         for each in refused.get(path.name, [])[:MAX_LISTED]
     )
     sources = [each for path in paths for each in _sources(path)]
     problem = None
     if not sources:
-        names = ", ".join(manifest.load().student)
+        names = ", ".join(exercises.load().student)
         key = "batch.link" if any(each.is_symlink() for each in paths) else "batch.nothing"
-        problem = Verdict(key, {"names": names})
+        problem = Message(key, {"names": names})
     elif len(sources) > 1:
         listed = ", ".join(each.name for each in sources[:MAX_LISTED])
-        problem = Verdict("batch.several", {"places": listed})
+        problem = Message("batch.several", {"places": listed})
     path = sources[0] if sources else paths[0]
     return Candidate(name, label, path, number, problem, remarks)
 
@@ -127,13 +128,13 @@ def _sources(path: Path) -> Iterator[Path]:
     if path.is_file():
         yield path
         return
-    student = manifest.load().student
+    student = exercises.load().student
     held, packed = False, []
     for seen, file in enumerate(_files(path)):
         if seen >= archives.MAX_ENTRIES:
             break
         held = held or file.name in student
-        if unpacking.is_archive(file):
+        if moodle_archive.is_archive(file):
             packed.append(file)
     if held:
         yield path
@@ -149,7 +150,7 @@ def _files(top: Path) -> Iterator[Path]:
 
 
 def _stem(name: str) -> str:
-    for suffix in unpacking.ARCHIVES:
+    for suffix in moodle_archive.ARCHIVES:
         if name.lower().endswith(suffix):
             return name[: -len(suffix)] or name
     return name

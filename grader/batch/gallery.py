@@ -12,8 +12,8 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from PIL import Image as Pictures
 
-from grader.checking.student import PICTURE_SIZE, Fatal, Student, Wrong
-from grader.execution.libraries import NotBuilt, Workshop
+from grader.checking.student import PICTURE_SIZE, CallDied, Student, Wrong
+from grader.execution.libraries import Libraries, NotBuilt
 from grader.execution.session import Array
 from grader.execution.worker_process import Died, Missing
 
@@ -21,24 +21,24 @@ FOLDER = "gallery"
 FINAL_SCENE = 4  # that of the handout's figure 8
 
 
-def pictures(workshop: Workshop) -> Iterator[tuple[str, bytes]]:
+def pictures(libraries: Libraries) -> Iterator[tuple[str, bytes]]:
     """Yield the names and contents of a submission's pictures; of one colour, it is none."""
-    makers: dict[str, Callable[[Workshop], Array]] = {"drawing": _drawing, "final": _final}
+    makers: dict[str, Callable[[Libraries], Array]] = {"drawing": _drawing, "final": _final}
     for name, make in makers.items():
-        with contextlib.suppress(Fatal, Wrong, NotBuilt, Died, Missing):
-            picture = np.clip(np.nan_to_num(make(workshop)), 0, 1)
+        with contextlib.suppress(CallDied, Wrong, NotBuilt, Died, Missing):
+            picture = np.clip(np.nan_to_num(make(libraries)), 0, 1)
             if np.ptp(picture.reshape(-1, 3), axis=0).any():
                 yield f"{FOLDER}/{name}.png", _png(picture)
 
 
-def _drawing(workshop: Workshop) -> Array:
+def _drawing(libraries: Libraries) -> Array:
     width, height = PICTURE_SIZE
-    with Student(workshop.lend("main.c")).canvas(PICTURE_SIZE) as canvas:
+    with Student(libraries.lend("main.c")).canvas(PICTURE_SIZE) as canvas:
         return canvas.draw("draw", np.zeros((height, width, 3), np.float32)).after
 
 
-def _final(workshop: Workshop) -> Array:
-    return Student(workshop.lend("raytracer.c")).picture(FINAL_SCENE)
+def _final(libraries: Libraries) -> Array:
+    return Student(libraries.lend("raytracer.c")).picture(FINAL_SCENE)
 
 
 def _png(picture: Array) -> bytes:

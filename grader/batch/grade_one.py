@@ -16,21 +16,21 @@ from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 
-from grader.batch import gallery
-from grader.batch import scratch as temporary
-from grader.batch.records import Bundle, Settings, Task
-from grader.build import substitution as substitute
-from grader.checking import expected_data as expected
-from grader.course import exercises as manifest
+from grader.batch import gallery, scratch
+from grader.batch.records import GradedFiles, Settings, Task
+from grader.build import substitution
+from grader.checking import expected_data
+from grader.course import exercises
+from grader.course.message import UserError
 from grader.course.sizes import sizes_for
 from grader.course.texts import Texts
 from grader.evaluation.pipeline import report_of
 from grader.evaluation.plugin import run_checks
-from grader.execution.libraries import Workshop
+from grader.evaluation.records import Report
+from grader.execution.libraries import Libraries
 from grader.intake import originals
-from grader.records import Report, Submission, Told
-from grader.report import page
-from grader.report import results as report
+from grader.intake.records import Submission
+from grader.report import page, results
 from grader.sandbox.levels import IsolationError, Level, using
 
 LEAST_BYTES = 50_000_000  # free on the disk, before and after a submission
@@ -38,7 +38,7 @@ _ONE = threading.Lock()  # pytest and the level of isolation are the process's
 
 
 @dataclass
-class Place:
+class BuildFolder:
     """Where builds are made; what a submission leaves there is removed after it."""
 
     folder: Path
@@ -48,8 +48,8 @@ class Place:
         """Build what every submission needs once: the given files, and the solution's."""
         if self._kept or not originals.has_solution():
             return
-        with Workshop(substitute.reference(), sizes_for(None), self.folder) as workshop:
-            assert workshop.builds
+        with Libraries(substitution.reference(), sizes_for(None), self.folder) as libraries:
+            assert libraries.builds
         self._kept = set(self.folder.rglob("*"))
 
     def forget(self) -> None:
@@ -60,32 +60,32 @@ class Place:
 
 
 @cache
-def _own_place() -> Place:
+def _own_place() -> BuildFolder:
     """Return a place that lasts as long as the process: on a machine of a cluster."""
-    place = Place(temporary.own_folder() / "builds")
+    place = BuildFolder(scratch.own_folder() / "builds")
     place.folder.mkdir()
     return place
 
 
-def grade(task: Task, place: Place | None = None) -> Bundle:
+def grade(task: Task, place: BuildFolder | None = None) -> GradedFiles:
     """Grade a submission. Never raises: what goes wrong is the bundle's `failure`."""
     with _ONE, contextlib.ExitStack() as stack:
         start, cpu = time.monotonic(), cpu_seconds()
         where = place or _own_place()
         if place is None:
-            stack.enter_context(temporary.files_in(where.folder.parent))
+            stack.enter_context(scratch.files_in(where.folder.parent))
         try:
             _verify_room(where)
             bundle = _graded(task, where)
             _verify_room(where)
         except IsolationError as error:
             texts = Texts(task.settings.language)
-            bundle = Bundle(task.name, failure=error.sentence(texts))
-        except Told as error:
+            bundle = GradedFiles(task.name, failure=error.sentence(texts))
+        except UserError as error:
             texts = Texts(task.settings.language)
-            bundle = Bundle(task.name, failure=texts.say(error.key, **error.values))
+            bundle = GradedFiles(task.name, failure=texts.say(error.key, **error.values))
         except Exception as error:  # whatever it is, it is the grader's fault, and never a mark
-            bundle = Bundle(task.name, failure=f"{type(error).__name__}: {error}"[:500])
+            bundle = GradedFiles(task.name, failure=f"{type(error).__name__}: {error}"[:500])
         finally:
             where.forget()
             _give_back()
@@ -99,41 +99,41 @@ def _give_back() -> None:
         ctypes.CDLL(None).malloc_trim(0)
 
 
-def _verify_room(place: Place) -> None:
+def _verify_room(place: BuildFolder) -> None:
     """Raise OSError where the disk is as good as full: the compiler would blame the student."""
     for folder in (place.folder, Path(tempfile.gettempdir())):
         if shutil.disk_usage(folder).free < LEAST_BYTES:
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(folder))
 
 
-def _graded(task: Task, place: Place) -> Bundle:
-    rules, settings = manifest.load(), task.settings
+def _graded(task: Task, place: BuildFolder) -> GradedFiles:
+    rules, settings = exercises.load(), task.settings
     submission = Submission(name=task.label, files=task.files, **task.submission)
     with using(Level(settings.isolation)):
         place.warm()
-        with Workshop(submission, sizes_for(None), place.folder) as workshop:
-            findings = run_checks(workshop, rules, None, folder=_expected(settings))
+        with Libraries(submission, sizes_for(None), place.folder) as libraries:
+            findings = run_checks(libraries, rules, None, folder=_expected(settings))
             texts = Texts(settings.language)
-            judged = report_of(workshop, rules, findings, texts, settings.hint)
-            shown = dict(gallery.pictures(workshop)) if settings.gallery else {}
+            judged = report_of(libraries, rules, findings, texts, settings.hint)
+            shown = dict(gallery.pictures(libraries)) if settings.gallery else {}
     return _bundled(task, replace(judged, isolation=settings.isolation), texts, shown)
 
 
 def _expected(settings: Settings) -> Path:
-    return Path(settings.expected) if settings.expected else expected.FOLDER
+    return Path(settings.expected) if settings.expected else expected_data.FOLDER
 
 
-def _bundled(task: Task, judged: Report, texts: Texts, shown: Mapping[str, bytes]) -> Bundle:
+def _bundled(task: Task, judged: Report, texts: Texts, shown: Mapping[str, bytes]) -> GradedFiles:
     """Return the files of the student's folder; `shown` are pictures that go there too."""
-    content = report.as_json(judged, texts)
+    content = results.as_json(judged, texts)
     with tempfile.TemporaryDirectory() as made:
         folder = Path(made)
-        report.write_images(folder, judged.checks)
-        report.write(folder / "results.json", content)
-        report.write_text(folder / page.NAME, page.render(content, folder))
+        results.write_images(folder, judged.checks)
+        results.write(folder / "results.json", content)
+        results.write_text(folder / page.NAME, page.render(content, folder))
         paths = sorted(path for path in folder.rglob("*") if path.is_file())
         files = {path.relative_to(folder).as_posix(): path.read_bytes() for path in paths}
-    return Bundle(task.name, {**files, **shown}, incomplete=content["incomplete"])
+    return GradedFiles(task.name, {**files, **shown}, incomplete=content["incomplete"])
 
 
 def cpu_seconds() -> float:

@@ -13,9 +13,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from grader.batch import csv_table as sheets
+from grader.batch import csv_table
 from grader.batch.csv_table import Sheet
-from grader.batch.records import BatchError, Hand, Member
+from grader.batch.records import BatchError, ManualMark, Member
 from grader.batch.roster import key_of
 
 NAME = "manual.csv"
@@ -25,15 +25,15 @@ _OVERRIDE = ("override", "note imposée")
 _REASON = ("reason", "raison")
 
 
-def read(path: Path, members: Sequence[Member], scale: float) -> dict[Member, Hand]:
+def read(path: Path, members: Sequence[Member], scale: float) -> dict[Member, ManualMark]:
     """Return what is said of each member. Raises BatchError with the line and the cure."""
     if not path.exists():
         return {}
-    sheet = sheets.read(path)
-    who = sheets.column(sheet.header, _WHO)
+    sheet = csv_table.read(path)
+    who = csv_table.column(sheet.header, _WHO)
     if who < 0:
         raise BatchError("batch.manual_header", path=path, names=", ".join(_WHO))
-    found: dict[Member, Hand] = {}
+    found: dict[Member, ManualMark] = {}
     for line, row in zip(sheet.lines, sheet.rows, strict=True):
         if not any(cell.strip() for cell in row):
             continue
@@ -50,9 +50,11 @@ def read(path: Path, members: Sequence[Member], scale: float) -> dict[Member, Ha
     return found
 
 
-def _hand(sheet: Sheet, cells: Mapping[str, str], path: Path, line: int, scale: float) -> Hand:
+def _hand(
+    sheet: Sheet, cells: Mapping[str, str], path: Path, line: int, scale: float
+) -> ManualMark:
     def named(names: Sequence[str]) -> str:
-        at = sheets.column(sheet.header, names)
+        at = csv_table.column(sheet.header, names)
         return cells.get(sheet.header[at], "") if at >= 0 else ""
 
     known = (*_WHO, *_COMMENT, *_OVERRIDE, *_REASON)
@@ -67,11 +69,11 @@ def _hand(sheet: Sheet, cells: Mapping[str, str], path: Path, line: int, scale: 
         raise BatchError("batch.manual_range", path=path, line=line, scale=f"{scale:g}")
     if value is not None and not reason:
         raise BatchError("batch.manual_reason", path=path, line=line)
-    return Hand(line, points, named(_COMMENT), value, reason)
+    return ManualMark(line, points, named(_COMMENT), value, reason)
 
 
 def _points(cell: str, column: str, path: Path, line: int) -> float:
-    value = sheets.number(cell)
+    value = csv_table.number(cell)
     if value is None:
         raise BatchError("batch.manual_number", path=path, line=line, column=column, cell=cell)
     return value

@@ -8,10 +8,10 @@ from datetime import datetime, timedelta
 from fractions import Fraction
 from typing import Any
 
-from grader.batch.records import BatchError, Graded, Hand, Mark, Member
+from grader.batch.records import BatchError, Graded, ManualMark, Mark, Member
 from grader.batch.roster import key_of
+from grader.course.message import Message
 from grader.course.settings import Course
-from grader.records import Verdict
 
 ALL_BONUS = 100.0  # bonus points are counted as parts of the hundred of the whole course
 
@@ -63,7 +63,7 @@ def is_named(member: Member, name: str) -> bool:
 def mark(
     member: Member,
     graded: Graded | None,
-    hand: Hand | None,
+    hand: ManualMark | None,
     handed: datetime | None,
     course: Course,
 ) -> Mark:
@@ -74,10 +74,10 @@ def mark(
     comment = hand.comment if hand else ""
     given = Mark(member, None, comment=comment, why=tuple(why))
     if hand and hand.override is not None:
-        why += [*_problem(graded), Verdict("batch.overridden", {"reason": hand.reason})]
+        why += [*_problem(graded), Message("batch.overridden", {"reason": hand.reason})]
         return _with(given, value=rounded(hand.override, course), why=why)
     if any(is_named(member, each) for each in course.people.excused):
-        return _with(given, why=[*why, Verdict("batch.excused")])
+        return _with(given, why=[*why, Message("batch.excused")])
     if graded is None:
         return _with(given, value=course.people.absent, why=why)
     if member.doubled:
@@ -85,18 +85,18 @@ def mark(
     if problem := _problem(graded):
         return _with(given, why=[*why, *problem])
     if graded.results is None or graded.results["incomplete"]:
-        detail = graded.failure or Verdict("batch.incomplete")
-        return _with(given, why=[*why, Verdict("batch.failed", {"detail": detail})], error=True)
+        detail = graded.failure or Message("batch.incomplete")
+        return _with(given, why=[*why, Message("batch.failed", {"detail": detail})], error=True)
     return _counted(given, graded.results, hand, days_late(handed, member, course), course)
 
 
-def _problem(graded: Graded | None) -> tuple[Verdict, ...]:
+def _problem(graded: Graded | None) -> tuple[Message, ...]:
     """Return why there was nothing to grade; nothing when there was."""
     return (graded.candidate.problem,) if graded and graded.candidate.problem else ()
 
 
 def _counted(
-    given: Mark, results: Mapping[str, Any], hand: Hand | None, days: int, course: Course
+    given: Mark, results: Mapping[str, Any], hand: ManualMark | None, days: int, course: Course
 ) -> Mark:
     base, bonus = points(results, course)
     rubric = sum(hand.rubric.values()) if hand else 0.0
@@ -108,7 +108,7 @@ def _counted(
     if late.zero_after_days and days > late.zero_after_days:
         penalty, value = base + bonus + rubric, 0.0
     if days:
-        why.append(Verdict("batch.late", {"days": days, "penalty": f"{penalty:g}"}))
+        why.append(Message("batch.late", {"days": days, "penalty": f"{penalty:g}"}))
     return _with(
         given,
         value=rounded(value, course),

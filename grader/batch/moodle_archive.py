@@ -16,7 +16,7 @@ from pathlib import Path, PurePosixPath
 
 from grader.batch.records import BatchError
 from grader.intake.archives import AUTHORS, CODE, CXX_CODE, MAX_ARCHIVE_BYTES, zip_time
-from grader.records import Refusal
+from grader.intake.records import Refusal
 
 ARCHIVES = (".zip", ".tar.gz", ".tgz", ".tar")
 MAX_ENTRIES = 100_000

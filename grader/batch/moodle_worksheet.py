@@ -17,11 +17,11 @@ from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
 
-from grader.batch import csv_table as sheets
+from grader.batch import csv_table
 from grader.batch.csv_table import Sheet
 from grader.batch.records import BatchError, Mark
 from grader.batch.roster import Enrolled
-from grader.records import Verdict
+from grader.course.message import Message
 
 _COLUMNS = {
     "id": ("identifier", "identifiant"),
@@ -123,16 +123,16 @@ class Worksheet:
 def is_worksheet(path: Path) -> bool:
     """Say whether a file is a grading worksheet, by its headers."""
     try:
-        sheet = sheets.read(path)
+        sheet = csv_table.read(path)
     except BatchError:
         return False
-    return all(sheets.column(sheet.header, _COLUMNS[each]) >= 0 for each in ("id", "grade"))
+    return all(csv_table.column(sheet.header, _COLUMNS[each]) >= 0 for each in ("id", "grade"))
 
 
 def read(path: Path) -> Worksheet:
     """Read a worksheet. Raises BatchError, with the cure."""
-    sheet = sheets.read(path)
-    columns = {name: sheets.column(sheet.header, known) for name, known in _COLUMNS.items()}
+    sheet = csv_table.read(path)
+    columns = {name: csv_table.column(sheet.header, known) for name, known in _COLUMNS.items()}
     if columns["id"] < 0 or columns["grade"] < 0:
         raise BatchError("batch.not_a_worksheet", path=path)
     worksheet = Worksheet(path, sheet, columns)
@@ -162,7 +162,7 @@ def read_moment(text: str) -> datetime | None:
         return None
 
 
-def filled(worksheet: Worksheet, marks: Sequence[Mark]) -> tuple[bytes, list[Verdict]]:
+def filled(worksheet: Worksheet, marks: Sequence[Mark]) -> tuple[bytes, list[Message]]:
     """Return the worksheet with the marks, and what Moodle will pass over or was cut."""
     by_number = {each.member.moodle: each for each in marks if each.member.moodle}
     rows, told = [], []
@@ -172,25 +172,25 @@ def filled(worksheet: Worksheet, marks: Sequence[Mark]) -> tuple[bytes, list[Ver
         if mark is not None and (mark.value is not None or mark.comment):
             told += _fill(worksheet, cells, line, mark)
         rows.append(tuple(cells))
-    return sheets.written(replace(worksheet.sheet, rows=tuple(rows))), told
+    return csv_table.written(replace(worksheet.sheet, rows=tuple(rows))), told
 
 
-def _fill(worksheet: Worksheet, cells: list[str], line: int, mark: Mark) -> list[Verdict]:
+def _fill(worksheet: Worksheet, cells: list[str], line: int, mark: Mark) -> list[Message]:
     told, columns = [], worksheet.columns
     values: dict[str, object] = {"line": line, "name": mark.member.name}
     if mark.value is not None:
         value = mark.value
-        most = sheets.number(worksheet.cell(cells, "most"))
+        most = csv_table.number(worksheet.cell(cells, "most"))
         if most is not None and value > most:
-            told.append(Verdict("batch.row_cut", {**values, "most": f"{most:g}"}))
+            told.append(Message("batch.row_cut", {**values, "most": f"{most:g}"}))
             value = most
         if worksheet.cell(cells, "changeable").casefold() in _NO:
-            told.append(Verdict("batch.row_locked", values))
+            told.append(Message("batch.row_locked", values))
         elif _has_grade(worksheet, cells):
-            told.append(Verdict("batch.row_changed", values))
+            told.append(Message("batch.row_changed", values))
         cells[columns["grade"]] = f"{value:.2f}".replace(".", worksheet.decimal)
     if columns["feedback"] >= 0 and mark.comment:
-        cells[columns["feedback"]] = html.escape(sheets.inert(mark.comment), quote=False)
+        cells[columns["feedback"]] = html.escape(csv_table.inert(mark.comment), quote=False)
     return told
 
 

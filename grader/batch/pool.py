@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
 
-from grader.batch.records import Bundle, Task
+from grader.batch.records import GradedFiles, Task
 from grader.batch.scratch import own_folder
 from grader.course.exercises import ROOT
 from grader.course.texts import Texts
@@ -47,7 +47,7 @@ class _Worker:
         shutil.rmtree(self.temporary, ignore_errors=True)
 
 
-def run(tasks: Iterable[Task], jobs: int, folder: Path) -> Iterator[Bundle]:
+def run(tasks: Iterable[Task], jobs: int, folder: Path) -> Iterator[GradedFiles]:
     """Grade; yield each bundle when it is known. What fails for the machine is tried once more.
 
     `folder` is for what the workers make, and is there. They are ended with the iterator. Raises
@@ -106,16 +106,18 @@ def _hire(
             worker.connection.send(worker.task)
 
 
-def _heard(worker: _Worker, task: Task) -> Bundle:
+def _heard(worker: _Worker, task: Task) -> GradedFiles:
     """Return what a worker says; its task stays when it cannot say anything any more."""
     try:
         if worker.connection.poll():
-            bundle: Bundle = worker.connection.recv()
+            bundle: GradedFiles = worker.connection.recv()
             worker.task = None
             return bundle
     except (EOFError, OSError):
-        return Bundle(task.name, failure=_texts(task).say("batch.worker_gone"))
-    return Bundle(task.name, failure=_texts(task).say("batch.worker_late", seconds=MOST_SECONDS))
+        return GradedFiles(task.name, failure=_texts(task).say("batch.worker_gone"))
+    return GradedFiles(
+        task.name, failure=_texts(task).say("batch.worker_late", seconds=MOST_SECONDS)
+    )
 
 
 def _texts(task: Task) -> Texts:

@@ -15,7 +15,7 @@ from dataclasses import replace
 from multiprocessing.connection import Connection
 from pathlib import Path
 
-from grader.batch.grade_one import Place, cpu_seconds, grade
+from grader.batch.grade_one import BuildFolder, cpu_seconds, grade
 from grader.sandbox import orphans
 
 LOOK_SECONDS = 0.5
@@ -24,7 +24,7 @@ LOOK_SECONDS = 0.5
 def main() -> int:
     """Grade until there is nothing more; return the exit code."""
     connection: Connection = Connection(int(sys.argv[1]))
-    place = Place(Path(sys.argv[2]))
+    place = BuildFolder(Path(sys.argv[2]))
     threading.Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()
     orphans.guard()
     while True:

@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from grader.records import Told, Verdict
+from grader.course.message import Message, UserError
 
 
-class BatchError(Told):
+class BatchError(UserError):
     """The batch cannot begin, or go on: a sentence of [batch] in messages/."""
 
 
@@ -26,8 +26,8 @@ class Candidate:
     label: str  # as a person would say it: the student's name, or that of the folder
     path: Path
     number: str = ""
-    problem: Verdict | None = None
-    remarks: tuple[Verdict, ...] = ()
+    problem: Message | None = None
+    remarks: tuple[Message, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class Task:
 
 
 @dataclass(frozen=True)
-class Bundle:
+class GradedFiles:
     """What grading gave: the files of the student's folder, by name; and the seconds it took.
 
     `failure` is the grader's or the machine's fault: there are no files then.
@@ -75,13 +75,13 @@ class Member:
     number: str = ""  # the student's
     moodle: str = ""  # Moodle's number of the participant
     submission: str = ""  # the name of the candidate; "" when there is none
-    remarks: tuple[Verdict, ...] = ()
+    remarks: tuple[Message, ...] = ()
     doubled: bool = False  # named by submissions that differ: no mark is guessed
     team: str = ""
 
 
 @dataclass(frozen=True)
-class Hand:
+class ManualMark:
     """What manual.csv says of one person or submission, in units of the scale."""
 
     line: int
@@ -103,7 +103,7 @@ class Mark:
     late_days: int = 0
     penalty: float = 0.0
     comment: str = ""
-    why: tuple[Verdict, ...] = ()
+    why: tuple[Message, ...] = ()
     error: bool = False  # the grader's or the machine's fault
 
 

@@ -25,9 +25,9 @@ from functools import cache, lru_cache
 from pathlib import Path
 from typing import IO, Any
 
-from grader.batch.records import BatchError, Bundle, Settings, Task
+from grader.batch.records import BatchError, GradedFiles, Settings, Task
 from grader.build import toolchain
-from grader.checking import expected_data as expected
+from grader.checking import expected_data
 from grader.course import exercises as manifest
 from grader.course import settings as course
 from grader.intake import originals
@@ -43,7 +43,7 @@ _CODE = (".py", ".toml", ".c", ".html", ".css", ".js", ".zip")
 
 
 @dataclass(frozen=True)
-class Known:
+class StoredResult:
     """What is kept of a graded submission: `parts` are the hashes of what its result depends on."""
 
     parts: Mapping[str, str]
@@ -53,7 +53,7 @@ class Known:
     fresh: bool  # the files are those that were written
 
 
-class Desk:
+class ResultsFolder:
     """The folder, open for one batch; a context manager. Raises BatchError."""
 
     def __init__(self, out: Path) -> None:
@@ -62,7 +62,7 @@ class Desk:
         self._lock: IO[str] | None = None
         self._open = False
 
-    def __enter__(self) -> Desk:
+    def __enter__(self) -> ResultsFolder:
         with self.writing(self.out):
             if self.out.exists() and not is_batch(self.out) and any(self.out.iterdir()):
                 raise BatchError("batch.not_ours", path=self.out)
@@ -106,18 +106,18 @@ class Desk:
         """Return the folder of a student."""
         return self.out / STUDENTS / name
 
-    def known(self, name: str) -> Known | None:
+    def known(self, name: str) -> StoredResult | None:
         """Return what is kept of a submission; None when it was never graded, or cannot be read."""
         try:
             state = json.loads(self._state(name).read_text(encoding="utf-8"))
             summary = _shared(state["summary"])
             done = hashlib.sha256((self.folder(name) / "results.json").read_bytes()).hexdigest()
             fresh = done == state["results"] and (self.folder(name) / "report.html").is_file()
-            return Known(state["parts"], summary, state["seconds"], state["cpu"], fresh)
+            return StoredResult(state["parts"], summary, state["seconds"], state["cpu"], fresh)
         except (OSError, ValueError, KeyError, TypeError, AttributeError):
             return None
 
-    def save(self, bundle: Bundle, parts: Mapping[str, str]) -> Known:
+    def save(self, bundle: GradedFiles, parts: Mapping[str, str]) -> StoredResult:
         """Write a student's folder, then its state. Raises BatchError."""
         self.verify()
         content = bundle.files["results.json"]
@@ -138,7 +138,7 @@ class Desk:
             }
             if not bundle.incomplete:  # what could not be judged is not kept: it is tried again
                 write(self._state(bundle.name), state)
-        return Known(parts, summary, bundle.seconds, bundle.cpu, fresh=True)
+        return StoredResult(parts, summary, bundle.seconds, bundle.cpu, fresh=True)
 
     def _replace(self, part: Path, place: Path) -> None:
         if place.exists():
@@ -211,7 +211,7 @@ def parts_of(task: Task) -> dict[str, str]:
 
 @cache
 def _common(settings: Settings) -> dict[str, str]:
-    folder = Path(settings.expected) if settings.expected else expected.FOLDER
+    folder = Path(settings.expected) if settings.expected else expected_data.FOLDER
     own = [path for path in sorted(manifest.PACKAGE.rglob("*")) if path.suffix in _CODE]
     code = [each for each in own if not _is_beside(each)]
     code += sorted(originals.REFERENCE.glob("*.[ch]")) if originals.has_solution() else []

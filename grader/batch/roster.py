@@ -8,13 +8,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from grader.batch.records import Candidate, Member
+from grader.course.message import Message
 from grader.intake import authors
 from grader.intake.authors import Authors, Person
-from grader.records import Verdict
 
 
 @dataclass(frozen=True)
-class Handed:
+class SubmittedWork:
     """A candidate, what its AUTEURS.txt says, and a hash of its sources."""
 
     candidate: Candidate
@@ -46,7 +46,7 @@ def read(content: bytes) -> Authors | None:
     return found if found.people or len(found.problems) > 1 else None
 
 
-def members(handed: Sequence[Handed], enrolled: Sequence[Enrolled]) -> list[Member]:
+def members(handed: Sequence[SubmittedWork], enrolled: Sequence[Enrolled]) -> list[Member]:
     """Return the members of the class: those of the submissions, then who has handed in nothing."""
     roll = _Roll(enrolled)
     lines = [line for each in handed for line in _of_submission(each, roll)]
@@ -54,7 +54,7 @@ def members(handed: Sequence[Handed], enrolled: Sequence[Enrolled]) -> list[Memb
     merged = _merged(lines, sources)
     present = {each.moodle for each in merged if each.moodle}
     absent = [
-        Member(each.name, each.number, each.moodle, remarks=(Verdict("batch.absent"),))
+        Member(each.name, each.number, each.moodle, remarks=(Message("batch.absent"),))
         for each in enrolled
         if each.moodle not in present
     ]
@@ -92,7 +92,7 @@ def _digits(number: str) -> str:
     return re.sub(r"\D", "", number) or number
 
 
-def _of_submission(handed: Handed, roll: _Roll) -> list[Member]:
+def _of_submission(handed: SubmittedWork, roll: _Roll) -> list[Member]:
     candidate, said = handed.candidate, handed.authors
     sender = _sender(candidate, roll)
     if said is None or not said.people:
@@ -109,7 +109,7 @@ def _of_submission(handed: Handed, roll: _Roll) -> list[Member]:
             return lines
     if re.fullmatch(r"\D+\d+", sender.name) and len(lines) == 1:  # anonymous marking
         return [replace(lines[0], moodle=sender.moodle)]
-    remark = Verdict("batch.sender_missing", {"name": sender.name})
+    remark = Message("batch.sender_missing", {"name": sender.name})
     return [*lines, replace(sender, remarks=(remark,))]
 
 
@@ -125,9 +125,9 @@ def _sender(candidate: Candidate, roll: _Roll) -> Member:
 def _of_person(person: Person, said: Authors, candidate: Candidate, roll: _Roll) -> Member:
     name = f"{person.first_name} {person.surname}".strip()
     known = roll.by_person(name, person.number)
-    remarks: tuple[Verdict, ...] = ()
+    remarks: tuple[Message, ...] = ()
     if roll and known is None:
-        remarks = (Verdict("batch.not_enrolled", {"name": name}),)
+        remarks = (Message("batch.not_enrolled", {"name": name}),)
     moodle = known.moodle if known else ""
     number = person.number or (known.number if known else "")
     return Member(name, number, moodle, candidate.name, remarks, team=said.group)
@@ -160,5 +160,5 @@ def _one(lines: Sequence[Member], sources: Mapping[str, str]) -> Member:
         return merged
     same = len({sources[name] for name in names}) == 1
     key = "batch.doubled_same" if same else "batch.doubled"
-    told = (*remarks, Verdict(key, {"places": ", ".join(names)}))
+    told = (*remarks, Message(key, {"places": ", ".join(names)}))
     return replace(merged, remarks=told, doubled=not same)

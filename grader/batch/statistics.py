@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 from grader.batch.records import Graded, Mark
 from grader.course import exercises as manifest
-from grader.records import Outcome
+from grader.evaluation.records import Outcome
 
 HARDEST = 10
 MISTAKES = 10
@@ -17,7 +17,7 @@ _TRIED = ("passed", "failed", "crashed", "timeout")
 
 
 @dataclass(frozen=True)
-class Exercise:
+class ExerciseStatistics:
     """How a class does in one exercise."""
 
     id: str
@@ -28,7 +28,7 @@ class Exercise:
 
 
 @dataclass(frozen=True)
-class Check:
+class CheckStatistics:
     """How often a check passes among those who have tried."""
 
     id: str
@@ -38,7 +38,7 @@ class Check:
 
 
 @dataclass(frozen=True)
-class Class:
+class ClassStatistics:
     """A class in numbers. `bins` count the marks from k to k + 1, the scale with the last."""
 
     submissions: int
@@ -46,8 +46,8 @@ class Class:
     median: float | None
     deviation: float | None
     bins: Sequence[int]
-    exercises: Sequence[Exercise]
-    hardest: Sequence[Check]
+    exercises: Sequence[ExerciseStatistics]
+    hardest: Sequence[CheckStatistics]
     mistakes: Sequence[tuple[str, int]]
     crashes: int
     timeouts: int
@@ -56,14 +56,16 @@ class Class:
     cpu: float  # of all of them
 
 
-def of(marks: Sequence[Mark], graded: Mapping[str, Graded], scale: float, language: str) -> Class:
+def of(
+    marks: Sequence[Mark], graded: Mapping[str, Graded], scale: float, language: str
+) -> ClassStatistics:
     """Return the numbers of a class."""
     values = [each.value for each in marks if each.value is not None and not each.error]
     known = [each for each in graded.values() if each.results]
     results = [each.results for each in known if each.results]
     checks = Counter(outcome for each in results for outcome in each["checks"].values())
     mistakes = Counter(name for each in results for name in each["mistakes"])
-    return Class(
+    return ClassStatistics(
         submissions=len(graded),
         mean=statistics.fmean(values) if values else None,
         median=statistics.median(values) if values else None,
@@ -88,7 +90,9 @@ def _bins(values: Sequence[float], scale: float) -> list[int]:
     return found
 
 
-def _exercises(results: Sequence[Mapping[str, Sequence[object]]], language: str) -> list[Exercise]:
+def _exercises(
+    results: Sequence[Mapping[str, Sequence[object]]], language: str
+) -> list[ExerciseStatistics]:
     found = []
     for each in manifest.load().exercises:
         own = [result[each.id] for result in results if each.id in result]
@@ -97,15 +101,17 @@ def _exercises(results: Sequence[Mapping[str, Sequence[object]]], language: str)
         earned = sum(float(str(row[1])) for row in own)
         most = sum(float(str(row[2])) for row in own)
         outcomes = Counter(str(row[0]) for row in own)
-        found.append(Exercise(each.id, each.titles[language], each.bonus, earned / most, outcomes))
+        found.append(
+            ExerciseStatistics(each.id, each.titles[language], each.bonus, earned / most, outcomes)
+        )
     return found
 
 
-def _hardest(results: Sequence[Mapping[str, str]]) -> list[Check]:
+def _hardest(results: Sequence[Mapping[str, str]]) -> list[CheckStatistics]:
     found = []
     for name, check in manifest.load().checks().items():
         tried = [result[name] for result in results if result.get(name) in _TRIED]
         passed = tried.count(Outcome.PASSED.value)
         if passed < len(tried):
-            found.append(Check(name, check.exercise, passed, len(tried)))
+            found.append(CheckStatistics(name, check.exercise, passed, len(tried)))
     return sorted(found, key=lambda each: (each.passed / each.tried, -each.tried))[:HARDEST]

@@ -10,16 +10,17 @@ from pathlib import Path
 
 from grader.batch.records import Candidate, Settings, Task
 from grader.batch.results_folder import parts_of
-from grader.batch.roster import Handed, read
+from grader.batch.roster import SubmittedWork, read
+from grader.course.message import Message
+from grader.intake.records import Source, Submission
 from grader.intake.submission import SubmissionError, read_submission
-from grader.records import Source, Submission, Verdict
 
 
 @dataclass(frozen=True)
-class Reading:
+class TaskReader:
     """A candidate, who made it, and the hashes of what its result depends on ({}: no result)."""
 
-    handed: Handed
+    handed: SubmittedWork
     parts: Mapping[str, str]
 
     @property
@@ -28,19 +29,21 @@ class Reading:
         return self.handed.candidate
 
 
-def read_candidate(candidate: Candidate, settings: Settings) -> Reading:
+def read_candidate(candidate: Candidate, settings: Settings) -> TaskReader:
     """Read a candidate; what makes it no submission becomes its problem."""
     if candidate.problem:
-        return Reading(Handed(candidate, None, candidate.name), {})
+        return TaskReader(SubmittedWork(candidate, None, candidate.name), {})
     try:
         submission = read_submission(candidate.path)
     except SubmissionError as error:
         values = {**error.values, "path": candidate.label}
-        problem = Verdict(error.key, values)
-        return Reading(Handed(replace(candidate, problem=problem), None, candidate.name), {})
+        problem = Message(error.key, values)
+        return TaskReader(
+            SubmittedWork(replace(candidate, problem=problem), None, candidate.name), {}
+        )
     content = hashlib.sha256(repr(sorted(submission.files.items())).encode()).hexdigest()
-    handed = Handed(candidate, read(submission.authors), content)
-    return Reading(handed, parts_of(_task(candidate, submission, settings)))
+    handed = SubmittedWork(candidate, read(submission.authors), content)
+    return TaskReader(handed, parts_of(_task(candidate, submission, settings)))
 
 
 def task_of(candidate: Candidate, settings: Settings) -> Task:

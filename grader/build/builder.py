@@ -25,14 +25,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 
-from grader.build import sanitizer_guard as offswitches
-from grader.build import toolchain
-from grader.build.target import LANGUAGES, BuildError, Job, Object, Symbols, key_of
+from grader.build import sanitizer_guard, toolchain
+from grader.build.records import BuildResult, Target
+from grader.build.target import LANGUAGES, BuildError, ObjectFile, Symbols, TargetBuild, key_of
 from grader.build.toolchain import Compiler
 from grader.course import exercises as manifest
-from grader.course import settings as course
+from grader.course import settings
 from grader.intake import originals
-from grader.records import BuildResult, Submission, Target
+from grader.intake.records import Submission
 
 __all__ = ["BuildError", "Builder", "Built", "build"]
 
@@ -46,11 +46,11 @@ _CHANGED = re.compile("error: conflicting types for")
 class Built:
     """A target that is done: its result, and what it was linked from."""
 
-    job: Job
+    job: TargetBuild
     kept: Mapping[str, bytes]  # the submission's files that compile
-    objects: Mapping[str, Object]
+    objects: Mapping[str, ObjectFile]
     symbols: Mapping[str, Symbols]  # of the objects that are not given
-    shim: Object
+    shim: ObjectFile
     result: BuildResult
 
 
@@ -122,7 +122,7 @@ class Builder:
         rejected = dict(base.result.rejected) if base else {}
         while True:
             sources = _clean_folder(kept, self._submission.in_place, self._cache)
-            job = Job(sources, target, self.compiler, self._cache)
+            job = TargetBuild(sources, target, self.compiler, self._cache)
             binding = self._quick.submit(job.bind)
             objects = self._objects(job, kept, base)
             wrong = _to_leave_out(job, objects, kept)
@@ -135,7 +135,9 @@ class Builder:
             rejected |= wrong
             kept = {name: kept[name] for name in kept if name not in wrong}
 
-    def _objects(self, job: Job, kept: Container[str], base: Built | None) -> Mapping[str, Object]:
+    def _objects(
+        self, job: TargetBuild, kept: Container[str], base: Built | None
+    ) -> Mapping[str, ObjectFile]:
         """Compile every file; with a base, those alone whose objects would not serve."""
         if base is None:
             return self._compile_all(job, job.units(), kept)
@@ -153,8 +155,8 @@ class Builder:
         return objects | {name: base.objects[name] for name in others}
 
     def _compile_all(
-        self, job: Job, names: Sequence[str], own: Container[str]
-    ) -> dict[str, Object]:
+        self, job: TargetBuild, names: Sequence[str], own: Container[str]
+    ) -> dict[str, ObjectFile]:
         """Compile files; those of the submission as C++ where C does not do.
 
         When the files that are not C are all C++, the others are built as C++ too wherever they
@@ -162,7 +164,7 @@ class Builder:
         """
         ours = [name for name in names if name not in own]
         theirs = [name for name in names if name in own]
-        first, second = LANGUAGES if course.load().dialect == "c" else LANGUAGES[::-1]
+        first, second = LANGUAGES if settings.load().dialect == "c" else LANGUAGES[::-1]
         given = self._compiled(job, ours, "c")
         done = self._compiled(job, theirs, first)
         broken = [name for name, each in done.items() if each.errors]
@@ -176,7 +178,9 @@ class Builder:
         done |= given
         return {name: done[name] for name in names}
 
-    def _compiled(self, job: Job, names: Sequence[str], language: str) -> dict[str, Object]:
+    def _compiled(
+        self, job: TargetBuild, names: Sequence[str], language: str
+    ) -> dict[str, ObjectFile]:
         # The longest first: the others fill the time beside it.
         order = sorted(names, key=lambda name: -(job.sources / name).stat().st_size)
         made = self._compilers.map(lambda name: job.compile(name, language), order)
@@ -201,12 +205,12 @@ def _is_apart(drawing: Iterable[Symbols], others: Sequence[Symbols]) -> bool:
 
 def _switching_off(symbols: Mapping[str, Symbols]) -> dict[str, str]:
     """Return the errors of the files that define what would switch the sanitizers off."""
-    found = {name: offswitches.in_symbols(name, each.defined) for name, each in symbols.items()}
+    found = {name: sanitizer_guard.in_symbols(name, each.defined) for name, each in symbols.items()}
     return {name: errors for name, errors in found.items() if errors}
 
 
 def _to_leave_out(
-    job: Job, objects: Mapping[str, Object], kept: Mapping[str, bytes]
+    job: TargetBuild, objects: Mapping[str, ObjectFile], kept: Mapping[str, bytes]
 ) -> dict[str, str]:
     """Return the submission's files that keep the rest from compiling, with what is said of them.
 
@@ -224,7 +228,7 @@ def _to_leave_out(
     return headers or files or {name: "".join(broken.values()) for name in kept if broken}
 
 
-def _alone(job: Job, header: str) -> str:
+def _alone(job: TargetBuild, header: str) -> str:
     """Return the errors of a header by itself, "" when it compiles in one language at least."""
     tried = [job.compile(header, language).errors for language in LANGUAGES]
     return tried[0] if all(tried) else ""

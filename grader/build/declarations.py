@@ -12,10 +12,10 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from grader.build.records import Binding, Function, Parameter
 from grader.build.toolchain import Compiler
-from grader.course import exercises as manifest
+from grader.course import exercises
 from grader.files import write_whole
-from grader.records import Binding, Function, Parameter
 
 SOURCES = ("headers.py", "shim/watch.c")  # of what is derived, beside the headers
 
@@ -27,9 +27,9 @@ def declared(
 
     Raises BindError.
     """
-    headers = [folder / name for name in manifest.load().given if name.endswith(".h")]
+    headers = [folder / name for name in exercises.load().given if name.endswith(".h")]
     texts = [each.read_bytes() for each in headers]
-    texts += [(manifest.PACKAGE / "build" / name).read_bytes() for name in SOURCES]
+    texts += [(exercises.PACKAGE / "build" / name).read_bytes() for name in SOURCES]
     key = hashlib.sha256(repr((texts, [*defines], compiler)).encode()).hexdigest()[:24]
     kept = cache / "declared" / f"{key}.json"
     try:

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from grader.records import Verdict
+from grader.course.message import Message
 
 _HEAD = re.compile(r"([\w.-]+):(\d+)(?::\d+)?: (fatal error|error|warning|note): (.*)")
 _QUOTED = re.compile(r"[‘'`]([\w./]+)['’]")
@@ -42,14 +42,14 @@ class Diagnostic:
         """Return "main.c:12"."""
         return f"{self.file}:{self.line}"
 
-    def meaning(self) -> Verdict | None:
+    def meaning(self) -> Message | None:
         """Return what it means in plain words, when that is known."""
         for key, pattern in _MEANINGS:
             found = re.search(pattern, self.message)
             if found and self.is_error:
                 quoted = _QUOTED.search(self.message)
                 name = (found.re.groups and found[1]) or (quoted[1] if quoted else "")
-                return Verdict(key, {"name": name})
+                return Message(key, {"name": name})
         return None
 
 

@@ -23,7 +23,7 @@ from pathlib import Path
 
 from pycparser import c_ast, c_generator, c_parser  # type: ignore[import-untyped]
 
-from grader.records import BindError, Binding, Function, Parameter
+from grader.build.records import BindError, Binding, Function, Parameter
 
 WATCH = Path(__file__).with_name("shim") / "watch.c"
 HEADER = "exercises.h"  # the map: it includes every other header of the core

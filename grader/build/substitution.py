@@ -17,10 +17,11 @@ from dataclasses import replace
 from functools import cache
 
 from grader.build.builder import Built
+from grader.build.records import BuildResult
 from grader.course import exercises as manifest
 from grader.intake import originals
+from grader.intake.records import Submission
 from grader.intake.submission import SHIM
-from grader.records import BuildResult, Submission
 
 TRAPS = "mrt_traps.c"
 _TRAP = "__attribute__((weak)) void {name}(void) {{ __builtin_trap(); }}\n"

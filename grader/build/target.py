@@ -15,14 +15,14 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from grader.build import sanitizer_guard as offswitches
-from grader.build import toolchain
+from grader.build import sanitizer_guard, toolchain
 from grader.build.declarations import declared
+from grader.build.records import Binding, BuildResult, BuildStatus, Function, Target
 from grader.build.toolchain import Compiler
-from grader.course import exercises as manifest
+from grader.course import exercises
+from grader.course.message import UserError
 from grader.files import write_whole
 from grader.intake.submission import SHIM
-from grader.records import Binding, BuildResult, BuildStatus, Function, Target, Told
 from grader.sandbox.tools import OUT_OF_TIME, give_away, run_tool, take_back
 
 LANGUAGES = ("c", "c++")
@@ -34,20 +34,20 @@ _KILLED = re.compile(
     re.MULTILINE,
 )
 NM_SECONDS = 20
-COUNTING = manifest.PACKAGE / "build" / "shim" / "count.c"
+COUNTING = exercises.PACKAGE / "build" / "shim" / "count.c"
 COUNT = "mrt_object_tests"  # its function: the entries since it was last called
 
 
-class BuildError(Told):
+class BuildError(UserError):
     """The machine or the given files are at fault, not the submission."""
 
 
-class MixError(Told):
+class MixError(UserError):
     """What a submission is made of does not go with the reference's functions."""
 
 
 @dataclass(frozen=True)
-class Object:
+class ObjectFile:
     """A compiled file; `errors` is "" when it compiled."""
 
     path: Path
@@ -66,7 +66,7 @@ class Symbols:
 
 def _in_order(names: Iterable[str]) -> list[str]:
     """Return the names of files, the student's own first, as the course lists them."""
-    student = manifest.load().student
+    student = exercises.load().student
     return sorted(names, key=lambda name: (*[name != each for each in student], name))
 
 
@@ -76,7 +76,7 @@ def key_of(*parts: object) -> str:
 
 
 @dataclass(frozen=True)
-class Job:
+class TargetBuild:
     """One target of one submission."""
 
     sources: Path
@@ -88,7 +88,7 @@ class Job:
         """Return the names of the files to compile."""
         return sorted(path.name for path in self.sources.glob("*.c"))
 
-    def compile(self, name: str, language: str) -> Object:
+    def compile(self, name: str, language: str) -> ObjectFile:
         """Compile one file of the clean folder as one of LANGUAGES."""
         done = self._compile(self.sources / name, name, language)
         if done.errors or name not in self.own():
@@ -96,18 +96,18 @@ class Job:
         texts = {
             path.name: path.read_bytes() for path in (self.sources / name, *self._own_headers())
         }
-        return replace(done, errors=offswitches.in_text(texts))
+        return replace(done, errors=sanitizer_guard.in_text(texts))
 
     def own(self) -> list[str]:
         """Return the names of the files to compile that are not given."""
-        given = manifest.load().given
+        given = exercises.load().given
         return [name for name in self.units() if name not in given]
 
     def _own_headers(self) -> list[Path]:
-        given = manifest.load().given
+        given = exercises.load().given
         return [path for path in sorted(self.sources.glob("*.h")) if path.name not in given]
 
-    def symbols(self, objects: Mapping[str, Object]) -> dict[str, Symbols]:
+    def symbols(self, objects: Mapping[str, ObjectFile]) -> dict[str, Symbols]:
         """Return what each object defines and wants, by the names of their files.
 
         Raises OSError when the machine has no `nm`.
@@ -128,7 +128,7 @@ class Job:
             found[name] = Symbols(frozenset(words[0] for words in own) - wanted, wanted)
         return found
 
-    def weakened(self, each: Object, names: Sequence[str]) -> Object:
+    def weakened(self, each: ObjectFile, names: Sequence[str]) -> ObjectFile:
         """Return the object with these names weak: another's definition takes their place.
 
         Raises MixError, BuildError.
@@ -144,7 +144,7 @@ class Job:
                 raise MixError("machine.failed", detail=output)
         return replace(each, path=path)
 
-    def mixed(self, named: Sequence[tuple[str, Object]]) -> str:
+    def mixed(self, named: Sequence[tuple[str, ObjectFile]]) -> str:
         """Return the library of objects some of whose names are weak.
 
         Raises MixError, BuildError.
@@ -155,7 +155,7 @@ class Job:
             raise MixError("machine.failed", detail=errors)
         return str(library.resolve())
 
-    def bind(self) -> tuple[Binding, Object]:
+    def bind(self) -> tuple[Binding, ObjectFile]:
         """Derive the declarations, and compile the shim made from them."""
         flags = toolchain.defines(self.target)
         binding, text = declared(self.sources, flags, self.compiler, self.cache)
@@ -168,7 +168,7 @@ class Job:
             text += COUNTING.read_text(encoding="utf-8")
         return binding, self.compile_text(SHIM, text)
 
-    def compile_text(self, name: str, text: str) -> Object:
+    def compile_text(self, name: str, text: str) -> ObjectFile:
         """Compile a file of the grader's own."""
         source = self.cache / "shims" / key_of(text) / name
         write_whole(source, text.encode())
@@ -176,9 +176,9 @@ class Job:
 
     def link(
         self,
-        objects: Mapping[str, Object],
+        objects: Mapping[str, ObjectFile],
         binding: Binding,
-        shim: Object,
+        shim: ObjectFile,
         rejected: Mapping[str, str],
     ) -> BuildResult:
         """Make the library; `rejected` are the errors of the files that were left out."""
@@ -208,14 +208,14 @@ class Job:
             tables=self._tables(shim),
         )
 
-    def _tables(self, shim: Object) -> str:
+    def _tables(self, shim: ObjectFile) -> str:
         """Return a library of the shim alone: a submission's could tell other constants."""
         library = self.cache / "libraries" / self._library_name([shim])
         if not library.exists() and (errors := self._link(library, [(SHIM, shim)], [])):
             raise BuildError("machine.given_broken", name=SHIM, log=errors)
         return str(library.resolve())
 
-    def _linked(self, library: Path, named: Sequence[tuple[str, Object]]) -> tuple[str, str]:
+    def _linked(self, library: Path, named: Sequence[tuple[str, ObjectFile]]) -> tuple[str, str]:
         """Link as strictly as a program is, then without; return the failure, and the complaint.
 
         What has no `main`, or defines a function twice, is no program, and can be judged.
@@ -230,14 +230,14 @@ class Job:
             write_whole(kept, complaint.encode())
         return failure, complaint
 
-    def _library_name(self, objects: Sequence[Object], extra: Sequence[str] = ()) -> str:
+    def _library_name(self, objects: Sequence[ObjectFile], extra: Sequence[str] = ()) -> str:
         flags = [*toolchain.link_flags(self.compiler, self.target), *extra]
         key = key_of([each.path.name for each in objects], flags, self.compiler)
         return f"mrt-{key}{toolchain.library_suffix(self.compiler)}"
 
-    def _compile(self, source: Path, name: str, language: str = "c") -> Object:
+    def _compile(self, source: Path, name: str, language: str = "c") -> ObjectFile:
         flags = toolchain.compile_flags(self.compiler, self.target, language)
-        given = manifest.load().given
+        given = exercises.load().given
         # A given file includes given headers only: it is compiled once for every submission.
         own = [] if name in given or source.parent != self.sources else self._own_headers()
         headers = [self.sources / each for each in given if each.endswith(".h")] + own
@@ -246,19 +246,21 @@ class Job:
         object_file = self.cache / "objects" / f"{key}.o"
         kept = object_file.with_suffix(".warnings")
         if kept.exists():  # written last: the object is whole
-            return Object(object_file, "", kept.read_text(encoding="utf-8"), language)
+            return ObjectFile(object_file, "", kept.read_text(encoding="utf-8"), language)
         # Relative names: messages and debugging information show the student's own file.
         place = name if source.parent == self.sources else str(source.resolve())
         flags += [f"-ffile-prefix-map={self.sources.resolve()}=.", "-iquote", "."]
         command = [*self.compiler.command, *flags, "-c", place, "-o"]
         status, output = _run(command, object_file, self.sources, [source])
         if status != 0:
-            return Object(object_file, output or f"{name}: {self.compiler.command[0]} failed", "")
+            return ObjectFile(
+                object_file, output or f"{name}: {self.compiler.command[0]} failed", ""
+            )
         write_whole(kept, output.encode())
-        return Object(object_file, "", output, language)
+        return ObjectFile(object_file, "", output, language)
 
     def _link(
-        self, library: Path, named: Sequence[tuple[str, Object]], extra: Sequence[str]
+        self, library: Path, named: Sequence[tuple[str, ObjectFile]], extra: Sequence[str]
     ) -> str:
         """Link the objects; return what is wrong, "" when nothing is."""
         files = [str(each.path.resolve()) for _, each in named]

@@ -12,13 +12,14 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from grader.records import Target, Told
+from grader.build.records import Target
+from grader.course.message import UserError
 
 COMPILE_SECONDS = 30
 QUESTION_SECONDS = 20  # for a question such as --version
 
 
-class ToolchainError(Told):
+class ToolchainError(UserError):
     """No usable compiler: the machine's fault."""
 
 

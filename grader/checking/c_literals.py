@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from grader.checking import describe as show
+from grader.checking import describe
 from grader.checking.expected_data import Array
 
 # What the program's globals are before it sets them.
@@ -36,7 +36,7 @@ def vector(item: Any) -> str:
 
 def short(item: Any) -> Array:
     """Return a vector of no more digits than a report shows."""
-    return np.array([float(show.number(each)) for each in item], np.float32)
+    return np.array([float(describe.number(each)) for each in item], np.float32)
 
 
 def literal(item: Any) -> str:
@@ -64,7 +64,7 @@ def ray(name: str, item: Any, is_seeded: bool) -> Iterator[str]:
 
 def solid(item: Any, mat: str) -> str:
     """Return the construction of an object of the material of that name."""
-    word, fields = show.OBJECTS[int(item["type"])]
+    word, fields = describe.OBJECTS[int(item["type"])]
     parts = [literal(item[each]) for each in fields]
     if word in ("SPHERE", "PLANE"):  # their vector goes by its components
         first, second = (item[each] for each in fields)

@@ -11,10 +11,10 @@ import numpy as np
 
 from grader.checking import reproducer
 from grader.checking.comparison import Wrong
-from grader.checking.observations import Testimony
-from grader.checking.shapes import Image, Mask, Region, Size, in_every_channel
+from grader.checking.observations import Observations
+from grader.checking.records import Evidence
+from grader.checking.shapes import Image, Mask, PixelRegion, Size, in_every_channel
 from grader.execution.session import Session
-from grader.records import Evidence
 
 T = TypeVar("T")
 
@@ -42,8 +42,10 @@ class Guard(Protocol):
 class Canvas:
     """A session in which TP1's functions draw on pictures of one size."""
 
-    def __init__(self, guard: Guard, testimony: Testimony, session: Session, size: Size) -> None:
-        self._guard, self._testimony, self._session = guard, testimony, session
+    def __init__(
+        self, guard: Guard, observations: Observations, session: Session, size: Size
+    ) -> None:
+        self._guard, self._observations, self._session = guard, observations, session
         self.size = size
 
     def noise(self) -> Image:
@@ -62,7 +64,7 @@ class Canvas:
             lambda case: reproducer.of_drawing(name, self.size, [*args.values()]),
         )
         after = reply.args["img"].reshape(before.shape)
-        return Drawing(name, tuple(args.values()), call, before, after, self._testimony)
+        return Drawing(name, tuple(args.values()), call, before, after, self._observations)
 
 
 @dataclass(frozen=True)
@@ -74,7 +76,7 @@ class Drawing:
     call: str
     before: Image
     after: Image
-    testimony: Testimony
+    observations: Observations
 
     def expect(self, expected: Image, tolerance: float = COPIED) -> None:
         """Raise Wrong at the first pixel that is not as expected."""
@@ -84,7 +86,7 @@ class Drawing:
             self._note(wrong)
             self._complain("wrong_pixel", wrong, expected)
 
-    def expect_region(self, color: Any, region: Region) -> None:
+    def expect_region(self, color: Any, region: PixelRegion) -> None:
         """Raise Wrong unless the region, and nothing else, has taken the colour."""
         wanted = np.broadcast_to(np.asarray(color, np.float32), self.after.shape)
         drawn = in_every_channel(np.abs(self.after - wanted) <= COPIED)
@@ -100,9 +102,9 @@ class Drawing:
 
     def _note(self, pixels: Mask) -> None:
         """Put down which pixels matter, and a few of the colours."""
-        self.testimony.note_mask(f"{self.call} pixels", pixels)
+        self.observations.note_mask(f"{self.call} pixels", pixels)
         few = self.after[::_SPARSE, ::_SPARSE]
-        self.testimony.note(f"{self.call} colours", few[None], np.ones(1, bool), ONE_LEVEL)
+        self.observations.note(f"{self.call} colours", few[None], np.ones(1, bool), ONE_LEVEL)
 
     def _complain(self, key: str, wrong: Mask, expected: Image) -> None:
         height, width = wrong.shape

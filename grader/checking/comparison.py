@@ -1,6 +1,6 @@
 """Comparing a submission's answers with the reference's, in the parent.
 
-A `Trial` holds the answers to one batch of calls. `expect` compares parts of them, named as C would
+`Answers` are those to one batch of calls. `expect` compares parts of them, named as C would
 write them: "result", "r.tmax", "it.mat.kd". A case is right when its parts are within the
 tolerance, relative to their size where that exceeds 1; a NaN never is. The answers of any one
 accepted convention will do, and of the cases that are wrong the simplest is shown.
@@ -14,22 +14,22 @@ from typing import Any
 
 import numpy as np
 
-from grader.checking import describe as show
-from grader.checking import reproducer
+from grader.checking import describe, reproducer
 from grader.checking.expected_data import Answer, Array, Batch
-from grader.checking.observations import Testimony
+from grader.checking.observations import Observations
+from grader.checking.records import Evidence
 from grader.checking.reproducer import Look
-from grader.records import Evidence, Verdict
+from grader.course.message import Message
 
 MATERIAL = ("kd", "ks", "shininess", "kr", "refraction_index", "pattern", "kd2", "user")
 
 
 class Wrong(Exception):
-    """The answer is not right; `verdict` says what came instead."""
+    """The answer is not right; `message` says what came instead."""
 
     def __init__(self, key: str, **values: object) -> None:
         super().__init__(key)
-        self.verdict = Verdict(key, values)
+        self.message = Message(key, values)
         self.evidence = Evidence()
 
     def showing(self, evidence: Evidence) -> Wrong:
@@ -39,14 +39,14 @@ class Wrong(Exception):
 
 
 @dataclass(frozen=True)
-class Trial:
+class Answers:
     """A batch, and what the submission answered."""
 
     batch: Batch
     answer: Answer
     hidden: tuple[str, ...] = ()
     name: str = ""  # in the testimony
-    testimony: Testimony = field(default_factory=Testimony)
+    observations: Observations = field(default_factory=Observations)
 
     @property
     def refused(self) -> Array:
@@ -61,7 +61,7 @@ class Trial:
 
     def call(self, case: int) -> str:
         """Return the text of a call."""
-        return show.call(self.batch, case, self.hidden)
+        return describe.call(self.batch, case, self.hidden)
 
     def evidence(self, case: int, *looks: Look) -> Evidence:
         """Return the C program that makes a call and looks at what it gives."""
@@ -70,7 +70,7 @@ class Trial:
 
     def simplest(self, wrong: Array) -> int:
         """Return the case that is easiest to follow among those marked."""
-        return show.simplest(self.batch, np.flatnonzero(wrong))
+        return describe.simplest(self.batch, np.flatnonzero(wrong))
 
     def expect(
         self,
@@ -113,7 +113,7 @@ class Trial:
             for part in before.dtype.names or ():
                 changed = _differs(before[part], after[part]) & where
                 if changed.any():
-                    self.testimony.note(f"{self.name} {name}.{part} kept", changed, changed)
+                    self.observations.note(f"{self.name} {name}.{part} kept", changed, changed)
                     case = self.simplest(changed)
                     look = self._kept(name, part, case)
                     wrong = Wrong("failure.changed", call=self.call(case), what=f"{name}->{part}")
@@ -132,7 +132,7 @@ class Trial:
             if where is not None:
                 wrong &= where
             name = f"{self.name} {pick}"
-            self.testimony.note(name, by(self.got(pick)), wrong, self.batch.tolerance)
+            self.observations.note(name, by(self.got(pick)), wrong, self.batch.tolerance)
 
     def complain(self, wrong: Array, key: str, **values: object) -> None:
         """Raise Wrong at the simplest of the cases marked, if any; the sentence takes `values`.
@@ -141,10 +141,10 @@ class Trial:
         """
         if not wrong.any():
             return
-        self.testimony.note(f"{self.name} {values.get('what', key)}", wrong, wrong)
+        self.observations.note(f"{self.name} {values.get('what', key)}", wrong, wrong)
         case = self.simplest(wrong)
         texts = {
-            name: show.value(each[case]) if isinstance(each, np.ndarray) else each
+            name: describe.value(each[case]) if isinstance(each, np.ndarray) else each
             for name, each in values.items()
         }
         looks: tuple[Look, ...] = ()
@@ -162,7 +162,7 @@ class Trial:
 
     def _told(self, case: int, pick: str, got: Array, expected: Array) -> Wrong:
         name, _, field = pick.partition(".")
-        values = {"got": show.value(got), "expected": show.value(expected)}
+        values = {"got": describe.value(got), "expected": describe.value(expected)}
         if name == "result":
             return Wrong("failure.result", call=self.call(case), **values)
         what = f"{name}->{field}"

@@ -26,13 +26,12 @@ import numpy as np
 
 from grader.checking import npz
 from grader.checking.npz import Arrays, archived
-from grader.course import exercises as manifest
-from grader.course import sizes
-from grader.execution.session import Address, Core, Session
+from grader.course import exercises, sizes
+from grader.execution.session import Address, Library, Session
 
 Array = npz.Array
 
-FOLDER = manifest.EXPECTED
+FOLDER = exercises.EXPECTED
 SIZE = sizes.UNIT  # of the picture: what the data was made for
 # The globals that a batch may set, by the C type of one item.
 GLOBALS = {
@@ -84,7 +83,7 @@ class Batch:
         return len(next(iter(self.args.values())))
 
 
-def prepare(session: Session, core: Core, batch: Batch) -> None:
+def prepare(session: Session, core: Library, batch: Batch) -> None:
     """Set the globals of a batch; the tree of scene_changed is not built."""
     lend_texture(session, core, batch.globals.get("texels"))
     for name, value in batch.globals.items():
@@ -95,7 +94,7 @@ def prepare(session: Session, core: Core, batch: Batch) -> None:
             session.set(COUNTS[name], len(value))
 
 
-def lend_texture(session: Session, core: Core, texels: Array | None) -> None:
+def lend_texture(session: Session, core: Library, texels: Array | None) -> None:
     """Set scene_texture: an image of shape (height, width, 3), row 0 at the top, or none."""
     image = core.zeros("texture")
     if texels is not None:
@@ -104,7 +103,7 @@ def lend_texture(session: Session, core: Core, texels: Array | None) -> None:
     session.set("scene_texture", image)
 
 
-def run(session: Session, core: Core, batch: Batch, **addresses: Address) -> Answer:
+def run(session: Session, core: Library, batch: Batch, **addresses: Address) -> Answer:
     """Make the calls of a batch, with the same address for an argument that is not in it.
 
     Raises what Session.call_many does.
@@ -151,7 +150,7 @@ def read_manifest(folder: Path) -> dict[str, Any]:
     return dict(content)
 
 
-def read(folder: Path, suite: str, core: Core) -> list[Batch]:
+def read(folder: Path, suite: str, core: Library) -> list[Batch]:
     """Read a suite. Raises ExpectedError, naming the file and the cure."""
     path = folder / f"{suite}.npz"
     rules = rules_of(path)
@@ -212,7 +211,7 @@ def _typed(value: Array, dtype: np.dtype[Any]) -> Array:
     return value.view(dtype).reshape(value.shape[:-1])
 
 
-def _batches(arrays: Mapping[str, Array], core: Core, tolerance: float) -> list[Batch]:
+def _batches(arrays: Mapping[str, Array], core: Library, tolerance: float) -> list[Batch]:
     batches: list[Batch] = []
     while f"{len(batches)}.function" in arrays:
         prefix = f"{len(batches)}."
@@ -221,7 +220,7 @@ def _batches(arrays: Mapping[str, Array], core: Core, tolerance: float) -> list[
     return batches
 
 
-def _batch(own: Mapping[str, Array], core: Core, tolerance: float) -> Batch:
+def _batch(own: Mapping[str, Array], core: Library, tolerance: float) -> Batch:
     function = str(own["function"])
     types = {
         each.name: core.dtype(each.pointee or each.ctype)

@@ -22,7 +22,7 @@ _PICTURE, _SUSPECT = "picture ", "suspect "
 
 
 @dataclass(frozen=True)
-class Part:
+class Observation:
     """The wrong cases of one part of the answers.
 
     `cases` are their numbers, shape (n,); `values` what was answered there, shape (n, k), float32.
@@ -32,7 +32,7 @@ class Part:
     values: Array
     tolerance: float = 0.0
 
-    def agrees(self, other: Part) -> bool:
+    def agrees(self, other: Observation) -> bool:
         """Say whether the same cases are wrong, with the same answers within the tolerance.
 
         The tolerance is relative to answers that exceed 1. A NaN agrees with a NaN.
@@ -46,17 +46,17 @@ class Part:
         return bool((close | (a == b) | (np.isnan(a) & np.isnan(b))).all())
 
 
-class Testimony:
+class Observations:
     """The wrong parts of one check, by their names."""
 
     def __init__(self) -> None:
-        self.parts: dict[str, Part] = {}
-        self._trials = 0
+        self.parts: dict[str, Observation] = {}
+        self._batches = 0
 
-    def next_trial(self) -> str:
+    def next_batch(self) -> str:
         """Return a name for what is asked next: its number in the check."""
-        self._trials += 1
-        return str(self._trials)
+        self._batches += 1
+        return str(self._batches)
 
     def note(self, name: str, got: Array, wrong: Array, tolerance: float = 0.0) -> None:
         """Note a part of the answers; nothing when none of it is wrong.
@@ -75,12 +75,12 @@ class Testimony:
             # An answer may exceed what a float32 holds.
             with np.errstate(over="ignore"):
                 values = np.asarray(got)[cases].reshape(len(cases), -1).astype(np.float32)
-            self.parts[name] = Part(cases, values, tolerance)
+            self.parts[name] = Observation(cases, values, tolerance)
 
     def look_at(self, picture: str, suspects: Iterable[str] = ()) -> None:
         """Put down which expected picture was looked at, and the mistakes that may explain it."""
         for name in (_PICTURE + picture, *(_SUSPECT + each for each in suspects)):
-            self.parts[name] = Part(np.zeros(0, np.int64), np.zeros((0, 1), np.float32))
+            self.parts[name] = Observation(np.zeros(0, np.int64), np.zeros((0, 1), np.float32))
 
     def note_mask(self, name: str, mask: Array) -> None:
         """Note a mask of a picture by its digest, unless it is empty."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from grader.checking.comparison import Trial
+from grader.checking.comparison import Answers
 from grader.checking.expected_data import Array
 
 # Scene units; the course's epsilon is 1e-4.
@@ -17,7 +17,7 @@ LEAST, MOST = 5e-6, 5e-3
 FAR = 100.0
 
 
-def expect_origin(trial: Trial, where: Array) -> None:
+def expect_origin(trial: Answers, where: Array) -> None:
     """Raise Wrong unless the rays in `out` start at the point hit, a little off the surface."""
     got = trial.answer.out["out"]
     position, normal = (trial.batch.args["it"][name] for name in ("position", "normal"))
@@ -34,7 +34,7 @@ def expect_origin(trial: Trial, where: Array) -> None:
     trial.complain(wrong, "failure.origin", got=got["orig"], position=position, what="out->orig")
 
 
-def expect_fresh(trial: Trial, where: Array) -> None:
+def expect_fresh(trial: Answers, where: Array) -> None:
     """Raise Wrong unless the rays in `out` have a range of their own: from near 0 to far."""
     got = trial.answer.out["out"]
     for name, right, expected in (

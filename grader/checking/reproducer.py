@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from grader.checking import c_literals as literals
+from grader.checking import c_literals
 from grader.checking.describe import value
 from grader.checking.expected_data import SIZE, Array, Batch
 from grader.course.texts import Texts
@@ -91,10 +91,10 @@ def of_drawing(
     i, j = pixel
     # As many digits as the report shows: the noise that stood there has more than one can read.
     before, expected = (
-        each if each is None else literals.short(each) for each in (before, expected)
+        each if each is None else c_literals.short(each) for each in (before, expected)
     )
-    fill = f"output_image[k] = {literals.vector(before)};"
-    values = ", ".join(["output_image", *(literals.literal(each) for each in args)])
+    fill = f"output_image[k] = {c_literals.vector(before)};"
+    values = ", ".join(["output_image", *(c_literals.literal(each) for each in args)])
     looks = _aligned([(_printing(f"pixel ({i}, {j})", "pixel", np.zeros(3)), expected)])
     return _program(
         size,
@@ -108,14 +108,14 @@ def of_command(name: str, args: Sequence[Any], setting: Batch | None = None, *lo
     settings = setting.globals if setting else {}
     if len(settings.get("scene", ())) > MAX_OBJECTS:
         return ""
-    call = f"{name}({', '.join(literals.literal(each) for each in args)});"
+    call = f"{name}({', '.join(c_literals.literal(each) for each in args)});"
     rows = [(_printing(each.pick, each.pick, each.expected), each.expected) for each in looks]
     return _program(SIZE, [*_Writer("").setting(settings)], [call, *_aligned(rows)])
 
 
 def of_picture(scene: int, settings: Mapping[str, Any], size: tuple[int, int]) -> str:
     """Return the program that draws a scene with other fields of `options`, and ./mrt's words."""
-    pairs = [*literals.settings(settings)]
+    pairs = [*c_literals.settings(settings)]
     words = " ".join(["./mrt", str(scene + FIRST_SCENE), "image", *(word for _, word in pairs)])
     fields = [statement for statement, _ in pairs]
     return _program(
@@ -148,24 +148,24 @@ class _Writer:
     def setting(self, settings: Mapping[str, Array]) -> Iterator[str]:
         """Yield what sets the globals that matter."""
         if self.function in ("", *_CAMERA) and "theCamera" in settings:
-            yield f"theCamera = {literals.camera(settings['theCamera'])};"
+            yield f"theCamera = {c_literals.camera(settings['theCamera'])};"
         if not self._is_geometry and "options" in settings:
             options = settings["options"]
             # Before hit_color has looked at `shading`, these look at nothing else.
             is_flat = self.function in _FLAT and not options["shading"]
-            yield from literals.options(options, _FLAT_OPTIONS if is_flat else ())
+            yield from c_literals.options(options, _FLAT_OPTIONS if is_flat else ())
             self._fields += (
                 ["kr"] if options["fresnel"] and self.function != "refracted_ray" else []
             )
             for each in () if is_flat else settings.get("lights", ()):
-                where, color = (literals.vector(each[name]) for name in ("position", "col"))
+                where, color = (c_literals.vector(each[name]) for name in ("position", "col"))
                 yield f"add_light({where}, {color});"
         for each in settings.get("scene", ()):
             material, lines = self._material(each["mat"])
             yield from lines
-            yield f"add_object({literals.solid(each, material)});"
+            yield f"add_object({c_literals.solid(each, material)});"
         if "texels" in settings:
-            yield from literals.texture(settings["texels"])
+            yield from c_literals.texture(settings["texels"])
 
     def arguments(self, batch: Batch, case: int, hidden: Sequence[str]) -> Iterator[str]:
         """Yield the declarations of a call's parameters."""
@@ -176,7 +176,7 @@ class _Writer:
                 yield from (
                     [f"ray {name} = {{0}};"]
                     if name in hidden
-                    else literals.ray(name, item, self._is_seeded)
+                    else c_literals.ray(name, item, self._is_seeded)
                 )
             elif "normal" in names and "mat" in names and "type" not in names:
                 yield f"intersection {name} = {{0}};"
@@ -185,16 +185,16 @@ class _Writer:
             elif "type" in names:
                 material, lines = self._material(item["mat"])
                 yield from lines
-                yield f"object {name} = {literals.solid(item, material)};"
+                yield f"object {name} = {c_literals.solid(item, material)};"
             elif "shininess" in names:
-                yield from literals.material(name, item, self._fields)
+                yield from c_literals.material(name, item, self._fields)
             elif names:  # a box or a light: two vectors
                 kind = "box" if "min" in names else "light"
-                parts = ", ".join(literals.vector(item[each]) for each in names)
+                parts = ", ".join(c_literals.vector(item[each]) for each in names)
                 yield f"{kind} {name} = {{{parts}}};"
             else:
-                kind = _TYPES.get(name, "vec3") if item.ndim else literals.kind(item)
-                yield f"{kind} {name} = {literals.literal(item)};"
+                kind = _TYPES.get(name, "vec3") if item.ndim else c_literals.kind(item)
+                yield f"{kind} {name} = {c_literals.literal(item)};"
 
     def call(self, batch: Batch, looks: Sequence[Look]) -> Iterator[str]:
         """Yield the call, and the printing of what it gives."""
@@ -207,7 +207,7 @@ class _Writer:
         if result is None:
             yield call
         else:
-            kind = "color" if result.ndim > 1 else literals.kind(result[0])
+            kind = "color" if result.ndim > 1 else c_literals.kind(result[0])
             yield f"{kind} result = {call}"
             if all(each.pick != "result" for each in looks):
                 looks = [Look("result"), *looks]
@@ -218,8 +218,8 @@ class _Writer:
         yield from _aligned(rows)
 
     def _intersection(self, name: str, item: Any) -> Iterator[str]:
-        yield f"{name}.position = {literals.vector(item['position'])};"
-        yield f"{name}.normal = {literals.vector(item['normal'])};"
+        yield f"{name}.position = {c_literals.vector(item['position'])};"
+        yield f"{name}.normal = {c_literals.vector(item['normal'])};"
         if not self._is_geometry:
             material, lines = self._material(item["mat"])
             yield from lines
@@ -231,7 +231,7 @@ class _Writer:
         lines = (
             [f"material mat = {_GREY};"]
             if self._is_grey
-            else [*literals.material("$", item, self._fields)]
+            else [*c_literals.material("$", item, self._fields)]
         )
         known = self._materials.get(tuple(lines))
         if known:
@@ -250,7 +250,7 @@ def _is_looked_at(field: str, looks: Sequence[Look]) -> bool:
 def _before(looks: Sequence[Look]) -> Iterator[str]:
     for each in looks:
         if each.before is not None:
-            yield f"{each.pick} = {literals.literal(each.before)};"
+            yield f"{each.pick} = {c_literals.literal(each.before)};"
 
 
 def _sample(batch: Batch, pick: str) -> Any:

@@ -25,7 +25,7 @@ RIM_MARGIN = 1e-5
 
 
 @dataclass(frozen=True)
-class Region:
+class PixelRegion:
     """Where a colour is expected: everywhere in `sure`, nowhere out of `maybe`.
 
     Between the two lies what the accepted conventions disagree on.
@@ -59,7 +59,7 @@ def gradients(size: Size, c1: Point, c2: Point) -> list[Image]:
     return [each.astype(np.float32) for each in pictures]
 
 
-def rectangle(size: Size, p1: Point, p2: Point) -> Region:
+def rectangle(size: Size, p1: Point, p2: Point) -> PixelRegion:
     """Return where a rectangle is: corners truncated or not, upper sides included or not."""
     j, i = _rows_and_columns(size)
     masks = []
@@ -70,7 +70,7 @@ def rectangle(size: Size, p1: Point, p2: Point) -> Region:
     return _agreement(masks)
 
 
-def disc(size: Size, radius: float, center: Point, *, strict: bool = False) -> Region:
+def disc(size: Size, radius: float, center: Point, *, strict: bool = False) -> PixelRegion:
     """Return where a disc is: with a float centre, a rounded one, or truncated distances.
 
     Pixels exactly at the radius are out when `strict`, free otherwise. A negative radius should
@@ -99,6 +99,6 @@ def _rows_and_columns(size: Size) -> tuple[Any, Any]:
     return rows, columns
 
 
-def _agreement(masks: list[Mask]) -> Region:
+def _agreement(masks: list[Mask]) -> PixelRegion:
     """Return what all of the masks agree on, and what some of them allow."""
-    return Region(np.logical_and.reduce(masks), np.logical_or.reduce(masks))
+    return PixelRegion(np.logical_and.reduce(masks), np.logical_or.reduce(masks))

@@ -13,21 +13,21 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
 
-from grader.checking import describe as show
-from grader.checking import expected_data as expected
-from grader.checking import reproducer
+from grader.checking import describe, expected_data, reproducer
 from grader.checking.canvas import Canvas
-from grader.checking.comparison import Trial, Wrong
+from grader.checking.comparison import Answers, Wrong
 from grader.checking.expected_data import Answer, Array, Batch
-from grader.checking.observations import Testimony
+from grader.checking.observations import Observations
+from grader.checking.records import Evidence
 from grader.checking.shapes import Image, Size
 from grader.course import sizes
+from grader.course.message import Message
 from grader.execution.libraries import LibrarySet
-from grader.execution.session import Address, Core, Died, Limits, Session
-from grader.records import Cause, Death, Evidence, Verdict
+from grader.execution.records import Cause, Death
+from grader.execution.session import Address, Died, Library, Limits, Session
 
 # With what checks need of compare.py.
-__all__ = ["Bench", "Fatal", "Student", "Trial", "Wrong"]
+__all__ = ["Answers", "Bench", "CallDied", "Student", "Wrong"]
 
 T = TypeVar("T")
 
@@ -38,7 +38,7 @@ PICTURE_LIMITS = Limits(cpu=10.0)
 _LOADING = ""  # in the place of a function's name
 
 
-class Fatal(Exception):
+class CallDied(Exception):
     """The student's code did not come back from a call; `evidence` holds it as a program."""
 
     def __init__(self, death: Death, call: str, evidence: Evidence) -> None:
@@ -50,15 +50,15 @@ class Student:
     """The submission, as one check sees it: sessions by picture size, and what they left behind."""
 
     def __init__(
-        self, libraries: LibrarySet, folder: Path = expected.FOLDER, own: Collection[str] = ()
+        self, libraries: LibrarySet, folder: Path = expected_data.FOLDER, own: Collection[str] = ()
     ) -> None:
         self._libraries = libraries
         self._own = own  # functions that the check is about
         self.folder = folder  # of the expected data
         self.todo: frozenset[str] = frozenset()
         self.output = ""  # what was printed in the first session that printed something
-        self.remarks: list[Verdict] = []  # what to tell besides, whatever the outcome
-        self.testimony = Testimony()  # what was wrong in the answers
+        self.remarks: list[Message] = []  # what to tell besides, whatever the outcome
+        self.observations = Observations()  # what was wrong in the answers
 
     def anew(self) -> Student:
         """Return the submission for the same check, as if that had not begun."""
@@ -73,13 +73,13 @@ class Student:
     def canvas(self, size: Size) -> Iterator[Canvas]:
         """Start a session in which pictures of that size are drawn."""
         with self._session(size) as session:
-            yield Canvas(self.guard, self.testimony, session, size)
+            yield Canvas(self.guard, self.observations, session, size)
 
     @contextlib.contextmanager
     def bench(self) -> Iterator[Bench]:
         """Start a session for functions that are not TP1's."""
-        with self._session(expected.SIZE) as session:
-            yield Bench(self, session, self._libraries.unit(expected.SIZE))
+        with self._session(expected_data.SIZE) as session:
+            yield Bench(self, session, self._libraries.unit(expected_data.SIZE))
 
     @contextlib.contextmanager
     def counting(self) -> Iterator[Bench]:
@@ -90,9 +90,9 @@ class Student:
 
     def batches(self, suite: str) -> list[Batch]:
         """Return the stored calls of a suite, with the answers that are accepted."""
-        return expected.read(self.folder, suite, self._libraries.unit(expected.SIZE))
+        return expected_data.read(self.folder, suite, self._libraries.unit(expected_data.SIZE))
 
-    def trials(self, suite: str) -> list[Trial]:
+    def trials(self, suite: str) -> list[Answers]:
         """Put a suite to the submission: all its calls, in one session."""
         with self.bench() as bench:
             return [bench.trial(batch) for batch in self.batches(suite)]
@@ -101,7 +101,7 @@ class Student:
         """Draw a scene with the optimised build; `settings` are fields of `options`.
 
         `texels` are those of scene_texture. Returns shape (180, 320, 3), float32, row 0 at the
-        bottom, as it was left. Raises Fatal.
+        bottom, as it was left. Raises CallDied.
         """
         text = ", ".join(
             [f"scene {scene}", *(f"{key} = {value}" for key, value in settings.items())]
@@ -126,7 +126,7 @@ class Student:
     @contextlib.contextmanager
     def stage(
         self, limits: Limits, texels: Array | None = None, **settings: Any
-    ) -> Iterator[tuple[Session, Core]]:
+    ) -> Iterator[tuple[Session, Library]]:
         """Start a session of the optimised build, with a texture and fields of `options` set."""
         core = self._libraries.renderer()
         with self._open(core, limits) as session:
@@ -134,7 +134,7 @@ class Student:
             for name, value in settings.items():
                 options[name] = value
             session.set("options", options)
-            expected.lend_texture(session, core, texels)
+            expected_data.lend_texture(session, core, texels)
             yield session, core
 
     def guard(
@@ -147,10 +147,10 @@ class Student:
         """Run code that calls a function.
 
         `call` gives the text of its calls by their number, and `program` each as a C program.
-        Raises Fatal when it does not come back; at once when it has run out of time before.
+        Raises CallDied when it does not come back; at once when it has run out of time before.
         """
         if name in self._libraries.stuck:
-            raise Fatal(self._libraries.stuck[name], call(0), Evidence(reproducer=program(0)))
+            raise CallDied(self._libraries.stuck[name], call(0), Evidence(reproducer=program(0)))
         try:
             return act()
         except Died as error:
@@ -158,7 +158,7 @@ class Student:
                 self._libraries.stuck[name] = error.death
             case = error.death.case
             evidence = Evidence(reproducer=program(case))
-            raise Fatal(error.death, call(case), evidence) from error
+            raise CallDied(error.death, call(case), evidence) from error
 
     @contextlib.contextmanager
     def _session(self, size: Size) -> Iterator[Session]:
@@ -166,7 +166,7 @@ class Student:
             yield session
 
     @contextlib.contextmanager
-    def _open(self, core: Core, limits: Limits) -> Iterator[Session]:
+    def _open(self, core: Library, limits: Limits) -> Iterator[Session]:
         with contextlib.ExitStack() as stack:
             session = self._loaded(stack, core, limits)
             try:
@@ -175,7 +175,7 @@ class Student:
                 self.todo |= session.todo()
                 self.output = self.output or session.output()
 
-    def _loaded(self, stack: contextlib.ExitStack, core: Core, limits: Limits) -> Session:
+    def _loaded(self, stack: contextlib.ExitStack, core: Library, limits: Limits) -> Session:
         """Start a session. Raises Died; at once when loading has run out of time before."""
         if _LOADING in self._libraries.stuck:
             raise Died(self._libraries.stuck[_LOADING])
@@ -190,22 +190,22 @@ class Student:
 class Bench:
     """A session in which functions are called in a given setting."""
 
-    def __init__(self, student: Student, session: Session, core: Core) -> None:
+    def __init__(self, student: Student, session: Session, core: Library) -> None:
         self._student, self.session, self.core = student, session, core
         self._setting: Batch | None = None
 
     def prepare(self, batch: Batch) -> None:
         """Set the globals of a batch."""
         self._setting = batch
-        expected.prepare(self.session, self.core, batch)
+        expected_data.prepare(self.session, self.core, batch)
 
-    def trial(self, batch: Batch) -> Trial:
-        """Make the calls of a batch in its setting. Raises Fatal."""
+    def trial(self, batch: Batch) -> Answers:
+        """Make the calls of a batch in its setting. Raises CallDied."""
         self.prepare(batch)
         return self.again(batch)
 
-    def again(self, batch: Batch, **addresses: Address) -> Trial:
-        """Make the calls of a batch in the setting as it stands. Raises Fatal.
+    def again(self, batch: Batch, **addresses: Address) -> Answers:
+        """Make the calls of a batch in the setting as it stands. Raises CallDied.
 
         `addresses` are arguments that all the calls share.
         """
@@ -214,21 +214,21 @@ class Bench:
         hidden = tuple(
             each.name
             for each in parameters
-            if each.name in only_written and expected.is_written(each.ctype)
+            if each.name in only_written and expected_data.is_written(each.ctype)
         )
 
         def text(case: int) -> str:
-            return show.call(batch, min(case, batch.count - 1), hidden)
+            return describe.call(batch, min(case, batch.count - 1), hidden)
 
         def program(case: int) -> str:
             return reproducer.of_case(batch, min(case, batch.count - 1), hidden)
 
         def act() -> Answer:
-            return expected.run(self.session, self.core, batch, **addresses)
+            return expected_data.run(self.session, self.core, batch, **addresses)
 
         answer = self._student.guard(batch.function, text, act, program)
-        testimony = self._student.testimony
-        return Trial(batch, answer, hidden, testimony.next_trial(), testimony)
+        observations = self._student.observations
+        return Answers(batch, answer, hidden, observations.next_batch(), observations)
 
     def colors(self, x: Array, y: Array) -> Array:
         """Return what the submission's own trace_ray gives through positions, shape (n, 3).
@@ -241,7 +241,7 @@ class Bench:
         return traced.got("result")
 
     def call(self, name: str, text: str, *args: Any) -> Any:
-        """Call a function once and return its result; `text` is the call. Raises Fatal."""
+        """Call a function once and return its result; `text` is the call. Raises CallDied."""
         reply = self._student.guard(
             name,
             lambda case: text,

@@ -12,9 +12,9 @@ import numpy as np
 
 from grader.checking.comparison import MATERIAL
 from grader.checking.expected_data import Batch
-from grader.checking.observations import Testimony
-from grader.checking.student import Bench, Fatal, Student, Wrong
-from grader.records import Verdict
+from grader.checking.observations import Observations
+from grader.checking.student import Bench, CallDied, Student, Wrong
+from grader.course.message import Message
 
 LATER = ("shading", "shadows", "reflections", "fresnel", "refraction")  # fields of `options`
 
@@ -54,18 +54,18 @@ def check_stages(student: Student, suite: str, *, empty: bool = False) -> None:
     try:
         check_answers(student, suite, "result")
     except Wrong as first:
-        noted, student.testimony = student.testimony, Testimony()
+        noted, student.observations = student.observations, Observations()
         try:
             with student.bench() as bench:
                 for batch in student.batches(suite):
                     if empty and _looks_at_fresnel(bench, batch):
                         raise first from None
                     bench.trial(_last_stage(batch)).expect("result")
-        except (Wrong, Fatal):
+        except (Wrong, CallDied):
             raise first from None
         finally:
-            student.testimony = noted
-        student.remarks.append(Verdict("note.all_features"))
+            student.observations = noted
+        student.remarks.append(Message("note.all_features"))
 
 
 def _looks_at_fresnel(bench: Bench, batch: Batch) -> bool:

@@ -9,20 +9,20 @@ from pathlib import Path
 
 import pytest
 
-from grader.checking import expected_data as expected
+from grader.checking import expected_data
 from grader.checking.student import SIZES
-from grader.course import exercises as manifest
+from grader.course import exercises
 from grader.course.texts import Texts, preferred
 from grader.evaluation.plugin import GraderPlugin
-from grader.execution.libraries import Workshop
+from grader.execution.libraries import Libraries
 from grader.intake.submission import read_submission
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Declare the options of a run without the command line."""
     group = parser.getgroup("grader")
-    group.addoption("--submission", type=Path, default=manifest.CORE, metavar="PATH")
-    group.addoption("--expected", type=Path, default=expected.FOLDER, metavar="DIR")
+    group.addoption("--submission", type=Path, default=exercises.CORE, metavar="PATH")
+    group.addoption("--expected", type=Path, default=expected_data.FOLDER, metavar="DIR")
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -30,9 +30,9 @@ def pytest_configure(config: pytest.Config) -> None:
     if any(isinstance(each, GraderPlugin) for each in config.pluginmanager.get_plugins()):
         return
     submission = read_submission(config.getoption("submission"))
-    cache = manifest.ROOT / "build" / "cache"
-    workshop = Workshop(submission, SIZES, cache)
-    config.add_cleanup(workshop.close)
+    cache = exercises.ROOT / "build" / "cache"
+    libraries = Libraries(submission, SIZES, cache)
+    config.add_cleanup(libraries.close)
     folder = config.getoption("expected")
-    plugin = GraderPlugin(workshop, manifest.load(), None, folder, Texts(preferred()))
+    plugin = GraderPlugin(libraries, exercises.load(), None, folder, Texts(preferred()))
     config.pluginmanager.register(plugin, "grader")

@@ -13,8 +13,8 @@ import numpy as np
 
 from grader.checking.comparison import far
 from grader.checking.expected_data import Array, Batch
-from grader.checking.observations import Testimony
-from grader.checking.student import Bench, Fatal, Student, Wrong
+from grader.checking.observations import Observations
+from grader.checking.student import Bench, CallDied, Student, Wrong
 from grader.checks.common import check_results, check_stages, with_options
 
 SHADE = ("shade.diffuse", "shade.lobe", "shade.both", "shade.far_lobe", "shade.back")
@@ -46,16 +46,16 @@ def _judged(
     relation: Callable[[Student, Bench], bool],
 ) -> bool:
     """Say whether a function fails its own exercise's suites, and a relation holds in it."""
-    noted, student.testimony = student.testimony, Testimony()
+    noted, student.observations = student.observations, Observations()
     try:
         if not _fails(student, suites, check):
             return False
         with student.bench() as bench:
             return relation(student, bench)
-    except Fatal:
+    except CallDied:
         return False
     finally:
-        student.testimony = noted
+        student.observations = noted
 
 
 def _fails(

@@ -8,10 +8,10 @@ import pytest
 from grader.checking.comparison import far, unit
 from grader.checking.describe import value
 from grader.checking.expected_data import SIZE, Array, Batch
+from grader.checking.records import Evidence
 from grader.checking.reproducer import Look, of_command
 from grader.checking.student import Student, Wrong, without_answers
 from grader.checks.common import check_answers, check_material, check_refusals, check_stages
-from grader.records import Evidence
 
 # A ray of the camera sees at least that far, in whatever units of its direction.
 FAR = 100.0
@@ -106,7 +106,7 @@ def check_colors(student: Student, batch: Batch, picture: Array, expected: Array
     differs = far(got, expected, batch.tolerance)
     wrong = np.flatnonzero(differs)
     if len(wrong):
-        student.testimony.note("picture", got, differs, batch.tolerance)
+        student.observations.note("picture", got, differs, batch.tolerance)
         k = min(wrong, key=lambda each: (j[each], i[each]))
         values = {"got": value(got[k]), "expected": value(expected[k])}
         wrong_pixel = Wrong("failure.picture", i=i[k], j=j[k], **values)
@@ -143,7 +143,7 @@ def test_raytrace_every_pixel(student: Student) -> None:
     unwritten = (picture == -1).all(axis=1)
     left = np.flatnonzero(unwritten)
     if len(left):
-        student.testimony.note_mask("left", unwritten)
+        student.observations.note_mask("left", unwritten)
         j, i = divmod(int(left[0]), SIZE[0])
         raise Wrong("failure.unwritten", i=i, j=j, width=SIZE[0], height=SIZE[1])
 

@@ -12,7 +12,7 @@ import pytest
 
 from grader.checking.comparison import far, unit
 from grader.checking.expected_data import Array
-from grader.checking.student import Student, Trial
+from grader.checking.student import Answers, Student
 from grader.checks.common import check_results
 
 # So near the axis of a sphere, of radius 1, every direction is as good as another.
@@ -123,7 +123,7 @@ def test_texture_color_seam(student: Student) -> None:
         trial.complain(np.array(wrong), "failure.no_texel", got=got)
 
 
-def border(trial: Trial) -> Iterator[Array]:
+def border(trial: Answers) -> Iterator[Array]:
     """Return the texels that each call may give: the ends of a row, or at a pole all of it."""
     texels, args = trial.batch.globals["texels"], trial.batch.args
     way = unit(args["p"].astype(np.float64) - args["mat"]["pattern_origin"])

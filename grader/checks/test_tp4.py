@@ -12,7 +12,7 @@ from grader.checking.comparison import unit
 from grader.checking.describe import number, setting
 from grader.checking.expected_data import Batch
 from grader.checking.ray_origins import expect_fresh, expect_origin
-from grader.checking.student import Bench, Student, Trial, Wrong
+from grader.checking.student import Answers, Bench, Student, Wrong
 from grader.checks.common import check_results, check_stages
 from grader.execution.session import Address
 
@@ -132,17 +132,17 @@ def plant(bench: Bench, batch: Batch) -> Address:
     return Address(root)
 
 
-def search(bench: Bench, batch: Batch, root: Address) -> Trial:
+def search(bench: Bench, batch: Batch, root: Address) -> Answers:
     """Search a tree along the rays of a batch."""
     return bench.again(replace(batch, function="octree_intersect"), node=root)
 
 
-def walk(bench: Bench, batch: Batch) -> Trial:
+def walk(bench: Bench, batch: Batch) -> Answers:
     """Build the tree of a scene, and search it. Raises Wrong when there is no tree."""
     return search(bench, batch, plant(bench, batch))
 
 
-def walks(student: Student, suite: str) -> list[Trial]:
+def walks(student: Student, suite: str) -> list[Answers]:
     """Search the trees of a suite's scenes."""
     with student.bench() as bench:
         return [walk(bench, batch) for batch in student.batches(suite)]

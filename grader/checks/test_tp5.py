@@ -8,11 +8,11 @@ import pytest
 from grader.checking.comparison import far
 from grader.checking.describe import setting, value
 from grader.checking.expected_data import SIZE
+from grader.checking.records import Evidence
 from grader.checking.reproducer import Look, of_command
 from grader.checking.student import Student, Wrong
 from grader.checks import fresnel
 from grader.checks.common import check_results
-from grader.records import Evidence
 
 # ---- TP5.1: reflectance, fresnel_schlick --------------------------------------------------------
 

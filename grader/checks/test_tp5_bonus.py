@@ -11,9 +11,9 @@ from grader.checking.comparison import far, unit
 from grader.checking.describe import call, number, value
 from grader.checking.expected_data import Array, Batch
 from grader.checking.ray_origins import expect_fresh, expect_origin
+from grader.checking.records import Evidence
 from grader.checking.reproducer import Look, of_command
-from grader.checking.student import Bench, Student, Trial, Wrong, without_answers
-from grader.records import Evidence
+from grader.checking.student import Answers, Bench, Student, Wrong, without_answers
 
 # A share of draws may be that many standard deviations away from its probability, and a little.
 DEVIATIONS, SLACK = 4.5, 0.01
@@ -22,7 +22,7 @@ DEVIATIONS, SLACK = 4.5, 0.01
 # ---- TP5.B1: refracted_ray, glass_color ---------------------------------------------------------
 
 
-def passing(trial: Trial) -> Array:
+def passing(trial: Answers) -> Array:
     """Return which calls refract."""
     return ~trial.refused
 
@@ -61,7 +61,7 @@ def test_refracted_ray_fields(student: Student) -> None:
         trial.expect("out.depth", "out.seed")
 
 
-def draws(student: Student, suite: str) -> Iterator[tuple[Trial, Array]]:
+def draws(student: Student, suite: str) -> Iterator[tuple[Answers, Array]]:
     """Yield each trial of glass_color, and which of its rays are reflected.
 
     That is told by what the submission's own trace_ray sees along the reflected ray: how it sees is
@@ -89,14 +89,14 @@ def mirrored_ray(bench: Bench, batch: Batch) -> Array:
     return ray
 
 
-def check_share(student: Student, trial: Trial, mirrored: Array, *accepted: float) -> None:
+def check_share(student: Student, trial: Answers, mirrored: Array, *accepted: float) -> None:
     """Look how many of the rays are reflected: one of the shares, but for chance."""
     share = float(mirrored.mean())
     bounds = [
         DEVIATIONS * np.sqrt(each * (1 - each) / trial.batch.count) + SLACK for each in accepted
     ]
     if not any(abs(share - each) <= bound for each, bound in zip(accepted, bounds, strict=True)):
-        student.testimony.note("share", np.array([share]), np.array([True]), bounds[0])
+        student.observations.note("share", np.array([share]), np.array([True]), bounds[0])
         values = {"got": number(100 * share), "expected": number(100 * accepted[0])}
         raise Wrong("failure.share", call=trial.call(0), count=trial.batch.count, **values)
 
@@ -129,7 +129,7 @@ def test_glass_color_one_ray(student: Student) -> None:
         trial.complain(~(one | mirrored), "failure.two_rays", got=got)
 
 
-def odds(trial: Trial) -> float:
+def odds(trial: Answers) -> float:
     """Return the probability of the reflected ray: Schlick, with kr of the indices 1 and n."""
     args = trial.batch.args
     cosine = -float(args["in"]["dir"][0] @ args["it"]["normal"][0])
@@ -178,7 +178,7 @@ def note_family(student: Student, batch: Batch, k: int, spheres: Array) -> None:
     sums = [spheres["radius"].sum(), np.linalg.norm(ways, axis=1).sum()]
     got = np.array([[len(spheres), *sums, (ways @ up < -batch.tolerance).sum()]])
     right = np.array([[4, 1.75 * radius, 3.75 * radius, 0]])
-    student.testimony.note("family", got, far(got, right, batch.tolerance), batch.tolerance)
+    student.observations.note("family", got, far(got, right, batch.tolerance), batch.tolerance)
 
 
 def family(spheres: Array, tolerance: float) -> tuple[Array, Array]:

@@ -11,17 +11,19 @@ from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import Any
 
+from grader.build.records import BindError
 from grader.console import parser as usage
 from grader.console.parser import Parser, UsageError
-from grader.course import exercises as manifest
+from grader.course import exercises
 from grader.course.exercises import ManifestError
+from grader.course.message import UserError
 from grader.course.sizes import sizes_for
 from grader.course.texts import LANGUAGES, Texts
 from grader.evaluation import selection
-from grader.execution.libraries import Workshop
+from grader.evaluation.records import PytestError
+from grader.execution.libraries import Libraries
 from grader.execution.worker_process import MachineError
 from grader.intake.submission import SubmissionError, read_submission
-from grader.records import BindError, PytestError, Told
 from grader.sandbox.levels import Isolation, IsolationError, Level, current, using
 
 GRADED, BELOW, WRONG_USE, FAILED, INTERRUPTED = 0, 1, 2, 3, 130
@@ -75,14 +77,14 @@ def _told(options: argparse.Namespace, texts: Texts) -> int:
         return _complain(texts.say(error.key, **error.values), WRONG_USE)
     except IsolationError as error:
         return _complain(error.sentence(texts), FAILED)
-    except Told as error:
+    except UserError as error:
         return _complain(texts.say(error.key, **error.values), FAILED)
     except (BindError, MachineError, PytestError) as error:
         return _complain(texts.say("machine.failed", detail=error), FAILED)
 
 
 def _grade(options: argparse.Namespace, texts: Texts) -> int:
-    rules = manifest.load()
+    rules = exercises.load()
     tps = sorted(rules.tps)
     if options.tp is not None and options.tp not in tps:
         raise UsageError("usage.no_tp", tp=options.tp, first=tps[0], last=tps[-1])
@@ -92,11 +94,11 @@ def _grade(options: argparse.Namespace, texts: Texts) -> int:
     drawn, cache = sizes_for(options.tp), options.build / "cache"
     with (
         _isolation(options.isolation) as isolation,
-        Workshop(submission, drawn, cache, lazy=bool(options.keyword)) as workshop,
+        Libraries(submission, drawn, cache, lazy=bool(options.keyword)) as libraries,
     ):
         from grader.commands.grade import grade  # while the compiler runs: it takes as long
 
-        content = grade(workshop, rules, chosen, options, isolation, texts)
+        content = grade(libraries, rules, chosen, options, isolation, texts)
     if content["incomplete"]:
         return FAILED
     return BELOW if content["score"] < options.fail_under else GRADED
@@ -109,13 +111,13 @@ def _isolation(asked: str | None) -> AbstractContextManager[Isolation]:
 
 def _verify_answers(folder: Path) -> None:
     """Raise UsageError unless the folder is the course's or another one of expected data."""
-    if folder == manifest.EXPECTED:
+    if folder == exercises.EXPECTED:
         return
-    from grader.checking import expected_data as expected
+    from grader.checking import expected_data
 
     try:
-        expected.read_manifest(folder)
-    except expected.ExpectedError as error:
+        expected_data.read_manifest(folder)
+    except expected_data.ExpectedError as error:
         raise UsageError("usage.bad_expected", path=error.path) from error
 
 
@@ -138,8 +140,8 @@ def _parser(texts: Texts) -> Parser:
     add("--lang", key="usage.language", choices=LANGUAGES)
     add("--fail-under", key="usage.fail_under", type=float, default=0.0, metavar="POINTS")
     add("--isolation", key="usage.isolation", choices=[each.value for each in Level])
-    add("--expected", key="usage.expected", type=Path, default=manifest.EXPECTED, metavar="DIR")
-    add("--build", key="usage.build", type=Path, default=manifest.ROOT / "build", metavar="DIR")
+    add("--expected", key="usage.expected", type=Path, default=exercises.EXPECTED, metavar="DIR")
+    add("--build", key="usage.build", type=Path, default=exercises.ROOT / "build", metavar="DIR")
     return parser
 
 

@@ -17,15 +17,14 @@ from grader.course.exercises import Manifest
 from grader.course.texts import Texts
 from grader.evaluation.pipeline import report_of
 from grader.evaluation.plugin import run_checks
-from grader.execution.libraries import Workshop
-from grader.records import Report
-from grader.report import history, junit, page, terminal
-from grader.report import results as report
+from grader.evaluation.records import Report
+from grader.execution.libraries import Libraries
+from grader.report import history, junit, page, results, terminal
 from grader.sandbox.levels import Isolation
 
 
 def grade(
-    workshop: Workshop,
+    libraries: Libraries,
     rules: Manifest,
     chosen: Collection[str],
     options: argparse.Namespace,
@@ -36,10 +35,10 @@ def grade(
 
     Raises what run_checks does, and BuildError.
     """
-    findings = run_checks(workshop, rules, options.tp, chosen, options.expected)
+    findings = run_checks(libraries, rules, options.tp, chosen, options.expected)
     partial = options.tp is not None or bool(options.keyword)
-    judged = report_of(workshop, rules, findings, texts, options.hint, partial)
-    content = report.as_json(replace(judged, isolation=isolation.level.value), texts)
+    judged = report_of(libraries, rules, findings, texts, options.hint, partial)
+    content = results.as_json(replace(judged, isolation=isolation.level.value), texts)
     folder = options.build / "grade" / ("partial" if content["partial"] else "")
     terminal.show(content, _write(folder, content, judged), texts)
     return content
@@ -50,10 +49,10 @@ def _write(folder: Path, content: dict[str, Any], judged: Report) -> Path:
     path = folder / "results.json"
     try:
         history.update(folder, content)
-        report.write_images(folder, judged.checks)
-        report.write(path, content)
-        report.write_text(folder / "junit.xml", junit.as_xml(content))
-        report.write_text(folder / page.NAME, page.render(content, folder))
+        results.write_images(folder, judged.checks)
+        results.write(path, content)
+        results.write_text(folder / "junit.xml", junit.as_xml(content))
+        results.write_text(folder / page.NAME, page.render(content, folder))
     except OSError as error:
         raise BuildError("machine.cannot_write", path=path, error=error.strerror) from error
     return folder / page.NAME

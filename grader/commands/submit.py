@@ -21,20 +21,22 @@ from pathlib import Path
 
 from grader.build import diagnostics
 from grader.build.builder import build
-from grader.course import exercises as manifest
+from grader.build.records import BindError, BuildResult, BuildStatus, Target
+from grader.course import exercises
+from grader.course.message import UserError
 from grader.course.texts import Texts, preferred
-from grader.evaluation import remarks as notes
+from grader.evaluation import remarks
 from grader.execution.worker_process import MachineError
 from grader.intake import archives, authors
 from grader.intake.authors import Authors
+from grader.intake.records import Submission
 from grader.intake.submission import SubmissionError, read_submission
-from grader.records import BindError, BuildResult, BuildStatus, Submission, Target, Told
 
 DONE, WRONG_USE, FAILED, INTERRUPTED = 0, 2, 3, 130
 TARGET = Target(320, 180)
 
 
-class HandinError(Told):
+class HandinError(UserError):
     """Nothing was written: a sentence of [submit] in messages/."""
 
 
@@ -59,10 +61,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (SubmissionError, HandinError) as error:
         print(texts.say(error.key, **error.values), file=sys.stderr)
         return WRONG_USE
-    except Told as error:  # what was handed out cannot be read
+    except UserError as error:  # what was handed out cannot be read
         print(texts.say(error.key, **error.values), file=sys.stderr)
         return FAILED
-    except (BindError, MachineError, manifest.ManifestError) as error:
+    except (BindError, MachineError, exercises.ManifestError) as error:
         print(texts.say("machine.failed", detail=error), file=sys.stderr)
         return FAILED
     except KeyboardInterrupt:
@@ -184,10 +186,10 @@ def _compiles(submission: Submission, folder: Path, texts: Texts) -> Iterator[st
     """Say whether the files compile: what does not is sent all the same."""
     try:
         (result,) = build(submission, [TARGET], folder / "cache")
-    except Told as error:  # no compiler here, no room for its files
+    except UserError as error:  # no compiler here, no room for its files
         yield texts.say(error.key, **error.values)
         return
-    yield from notes.notes(submission, [result], True, texts)
+    yield from remarks.notes(submission, [result], True, texts)
     if result.status is BuildStatus.BUILT and not (result.rejected or result.linker):
         yield texts.say("submit.compiles")
     for name, words in _errors(result):
@@ -197,7 +199,7 @@ def _compiles(submission: Submission, folder: Path, texts: Texts) -> Iterator[st
 def _errors(result: BuildResult) -> Iterator[tuple[str, str]]:
     logs = dict(result.rejected)
     if result.log and not logs:
-        logs[manifest.load().student[0]] = result.log
+        logs[exercises.load().student[0]] = result.log
     for name, log in logs.items():
         errors = [each for each in diagnostics.read(log) if each.is_error]
         first = f"{errors[0].place}: {errors[0].message}" if errors else log.strip()[:200]
@@ -230,8 +232,8 @@ def _parser(texts: Texts) -> argparse.ArgumentParser:
             f"--{name}", type=Path, default=default, metavar="DIR", help=texts.say(key)
         )
 
-    add("source", manifest.CORE, "submit.source")
+    add("source", exercises.CORE, "submit.source")
     add("out", Path(), "submit.out")
-    add("build", manifest.ROOT / "build", "usage.build")
+    add("build", exercises.ROOT / "build", "usage.build")
     parser.add_argument("--force", action="store_true", help=texts.say("submit.force"))
     return parser

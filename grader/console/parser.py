@@ -7,8 +7,8 @@ import re
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
+from grader.course.message import UserError
 from grader.course.texts import Texts, preferred
-from grader.records import Told
 
 # What argparse says of a wrong command line, and our sentence for it.
 _COMPLAINTS = (
@@ -29,7 +29,7 @@ _SETTINGS = {
 }
 
 
-class UsageError(Told):
+class UsageError(UserError):
     """The command line asks for something that is not there."""
 
 

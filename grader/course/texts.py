@@ -6,10 +6,10 @@ import os
 from functools import cache
 from typing import Any
 
-from grader.course import settings as course
+from grader.course import settings
 from grader.course.exercises import PACKAGE, ManifestError, read_toml
+from grader.course.message import Message
 from grader.course.settings import LANGUAGES
-from grader.records import Verdict
 
 __all__ = ["LANGUAGES", "Texts", "preferred", "sentences"]
 
@@ -37,7 +37,7 @@ class Texts:
         return self._sentences.get(key, default)
 
     def _word(self, value: object) -> object:
-        return self.say(value.key, **value.values) if isinstance(value, Verdict) else value
+        return self.say(value.key, **value.values) if isinstance(value, Message) else value
 
     def number(self, value: float) -> str:
         """Return a number as it is written in the language, with as few decimals as it needs."""
@@ -60,7 +60,7 @@ class Texts:
 def preferred(asked: str = "") -> str:
     """Return the language asked for, or that of MRT_LANG; the course's otherwise."""
     name = (asked or os.environ.get("MRT_LANG", ""))[:2].lower()
-    return name if name in LANGUAGES else course.load().language
+    return name if name in LANGUAGES else settings.load().language
 
 
 @cache

@@ -13,24 +13,24 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from grader.build import substitution as substitute
+from grader.build import substitution
 from grader.checking.student import Student
 from grader.course.exercises import Check, Manifest
 from grader.evaluation.grading import at_fault, is_judged, unwritten
-from grader.execution.libraries import NOT_LINKED, Workshop
-from grader.records import Finding, Outcome
+from grader.evaluation.records import Finding, Outcome
+from grader.execution.libraries import NOT_LINKED, Libraries
 
 Again = Callable[[str, Student], Finding]  # runs a check, by its id, on another build
 
 
-def retried(
-    findings: Sequence[Finding], rules: Manifest, workshop: Workshop, folder: Path, again: Again
+def attribute(
+    findings: Sequence[Finding], rules: Manifest, libraries: Libraries, folder: Path, again: Again
 ) -> list[Finding]:
     """Return the findings, those of the checks that were run again in place of the first ones.
 
     `folder` holds the expected data.
     """
-    if not substitute.is_possible():
+    if not substitution.is_possible():
         return list(findings)
     found = {each.check: each for each in findings}
     # What needs fewer exercises first, and last what judges others' functions besides: whether
@@ -54,9 +54,9 @@ def retried(
                 continue
             if names != lent:
                 stack.close()
-                libraries, lent = stack.enter_context(workshop.mixed(names)), names
+                library_set, lent = stack.enter_context(libraries.mixed(names)), names
             own = rules.exercise(check.exercise).functions
-            second = again(check.id, Student(libraries, folder, own))
+            second = again(check.id, Student(library_set, folder, own))
             if second.outcome is Outcome.TIMEOUT:
                 looping.add(check.exercise)
             found[check.id] = _settled(found, check, second, rules)
@@ -110,7 +110,7 @@ def _loops(finding: Finding, rules: Manifest) -> bool:
 
     It would take as long again.
     """
-    values = finding.verdict.values if finding.verdict else {}
+    values = finding.message.values if finding.message else {}
     own = rules.exercise(rules.checks()[finding.check].exercise).functions
     in_own = values.get("function") in own or values.get("call") == ""
     return finding.outcome is Outcome.TIMEOUT and in_own
@@ -128,7 +128,7 @@ def _settled(
     shared = any(own & set(rules.exercise(each).functions) for each in guilty)
     if check.exercise in second.todo or second.outcome is Outcome.ERROR:
         return second  # the machine's fault never becomes a mark
-    if shared or (second.verdict and second.verdict.key == NOT_LINKED):
+    if shared or (second.message and second.message.key == NOT_LINKED):
         return first  # what is at fault could not be replaced
     # What of a picture is right may now be the reference's own, or been so by chance before.
     share = min(first.evidence.share, second.evidence.share)

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from grader.checking import reproducer
 from grader.course.exercises import Check, Exercise, Manifest
 from grader.course.texts import Texts
-from grader.execution import death_messages as deaths
-from grader.records import CheckResult, ExerciseResult, Finding, Outcome, Pixel
+from grader.evaluation.records import CheckResult, ExerciseResult, Finding, Outcome, Pixel
+from grader.execution import death_messages
 
 # An exercise is as good as its worst check; the first of these that occurs names it.
 _WORST_FIRST = (
@@ -29,7 +29,7 @@ _BESIDE = (
 )
 
 
-def conclude(
+def grade(
     findings: Sequence[Finding],
     rules: Manifest,
     texts: Texts,
@@ -41,7 +41,7 @@ def conclude(
     `hint` is the level of help, from a question (1) to the most direct (3); `rejected` are the
     files that do not compile.
     """
-    settled = marked(findings, rules)
+    settled = settle(findings, rules)
     outcomes = {each.check: each.outcome for each in settled}
     telling = _Telling(rules, texts, hint, rejected, at_fault(findings, rules))
     checks = [_judge(each, rules, outcomes, telling) for each in settled]
@@ -49,7 +49,7 @@ def conclude(
     return checks, [each for each in exercises if each is not None]
 
 
-def marked(findings: Sequence[Finding], rules: Manifest) -> list[Finding]:
+def settle(findings: Sequence[Finding], rules: Manifest) -> list[Finding]:
     """Return the findings with the outcome that they have beside one another."""
     wrong, ahead = at_fault(findings, rules), unwritten(findings, rules)
     return [_settled(each, wrong, ahead, rules) for each in findings]
@@ -133,7 +133,7 @@ class _Telling:
 
 def _is_beside(finding: Finding) -> bool:
     """Whether what is wrong has nothing to do with what the check's question is about."""
-    return finding.verdict is not None and finding.verdict.key in _BESIDE
+    return finding.message is not None and finding.message.key in _BESIDE
 
 
 def _settled(
@@ -170,8 +170,8 @@ def _judge(
     check = rules.checks()[finding.check]
     exercise = rules.exercise(check.exercise)
     outcome, message = finding.outcome, ""
-    if finding.verdict is not None:
-        message = deaths.told(finding.verdict, finding.location, texts)
+    if finding.message is not None:
+        message = death_messages.told(finding.message, finding.location, texts)
     if outcome is Outcome.PASSED and outcomes.get(check.twin, outcome) is not Outcome.PASSED:
         # A refusal is worth something only from a function that does the other thing as well.
         twin = outcomes[check.twin]
@@ -208,7 +208,7 @@ def _pixel(finding: Finding, texts: Texts) -> Pixel | None:
         return None
     told = texts.say("replay.worst", i=found.i, j=found.j)
     if found.told is not None:
-        told = f"{told} {deaths.told(found.told, found.location, texts)}"
+        told = f"{told} {death_messages.told(found.told, found.location, texts)}"
     return Pixel(found.picture, found.i, found.j, told)
 
 

@@ -5,17 +5,17 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 
-from grader.course import settings as course
+from grader.course import settings
 from grader.course.exercises import Manifest
 from grader.course.texts import Texts
-from grader.evaluation import remarks as notes
-from grader.evaluation.grading import conclude
-from grader.execution.libraries import Workshop
-from grader.records import Finding, Report
+from grader.evaluation import remarks
+from grader.evaluation.grading import grade
+from grader.evaluation.records import Finding, Report
+from grader.execution.libraries import Libraries
 
 
 def report_of(
-    workshop: Workshop,
+    libraries: Libraries,
     rules: Manifest,
     findings: Sequence[Finding],
     texts: Texts,
@@ -24,21 +24,23 @@ def report_of(
 ) -> Report:
     """Return the report of a submission whose checks have run."""
     rejected = {
-        name: texts.say(verdict.key, **verdict.values)
-        for name, verdict in workshop.rejected.items()
+        name: texts.say(message.key, **message.values)
+        for name, message in libraries.rejected.items()
     }
-    checks, exercises = conclude(findings, rules, texts, hint=hint, rejected=rejected)
+    checks, exercises = grade(findings, rules, texts, hint=hint, rejected=rejected)
     judged = {each.tp for each in rules.exercises if each.checks}
     return Report(
-        submission=workshop.submission,
+        submission=libraries.submission,
         language=texts.language,
-        builds=tuple(workshop.builds),
+        builds=tuple(libraries.builds),
         checks=tuple(checks),
         exercises=tuple(exercises),
         graded_at=time.time(),
-        notes=tuple(notes.notes(workshop.submission, workshop.builds, workshop.sanitized, texts)),
+        notes=tuple(
+            remarks.notes(libraries.submission, libraries.builds, libraries.sanitized, texts)
+        ),
         rejected=rejected,
-        opened=course.load().opened,
+        opened=settings.load().opened,
         unjudged=tuple(sorted(set(rules.tps) - judged)),
         partial=partial,
     )

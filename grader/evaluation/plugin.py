@@ -15,19 +15,20 @@ from pathlib import Path
 import pytest
 
 from grader.checking.expected_data import FOLDER, ExpectedError
-from grader.checking.student import Fatal, Student, Wrong
-from grader.course import settings as course
+from grader.checking.records import Evidence
+from grader.checking.student import CallDied, Student, Wrong
+from grader.course import settings
 from grader.course.exercises import PACKAGE, Manifest
 from grader.course.texts import Texts
-from grader.evaluation.attribution import retried
-from grader.evaluation.grading import conclude, marked
+from grader.evaluation.attribution import attribute
+from grader.evaluation.grading import grade, settle
 from grader.evaluation.outcomes import outcome_of, was_killed
-from grader.evaluation.prefetch import Ahead, Ran
-from grader.evaluation.recognition import is_picture, named
-from grader.evaluation.worst_pixel import pinned
-from grader.execution.libraries import Workshop
+from grader.evaluation.prefetch import Prefetch, RunResult
+from grader.evaluation.recognition import is_picture, with_mistakes
+from grader.evaluation.records import Finding, Outcome, PytestError
+from grader.evaluation.worst_pixel import with_worst_pixel
+from grader.execution.libraries import Libraries
 from grader.execution.worker_process import MachineError
-from grader.records import Evidence, Finding, Outcome, PytestError
 
 CHECKS = PACKAGE / "checks"
 MAX_OUTPUT = 1000  # characters of what a check's code printed that go into the report
@@ -46,7 +47,7 @@ _CHECK = pytest.StashKey[str]()
 
 
 def run_checks(
-    workshop: Workshop,
+    libraries: Libraries,
     rules: Manifest,
     tp: int | None,
     chosen: Collection[str] | None = None,
@@ -58,7 +59,7 @@ def run_checks(
     """
     # Neither a plugin that happens to be installed nor the project's own settings have a say here.
     os.environ["PYTEST_DISABLE_PLUGIN_AUTOLOAD"] = "1"
-    plugin = GraderPlugin(workshop, rules, tp, folder, chosen=chosen)
+    plugin = GraderPlugin(libraries, rules, tp, folder, chosen=chosen)
     arguments = ["-c", os.devnull, "--rootdir", str(CHECKS), "--strict-markers", "-W", "ignore"]
     arguments += ["--import-mode=importlib", *(f"-pno:{name}" for name in _UNUSED)]
     with contextlib.redirect_stderr(io.StringIO()) as said, contextlib.closing(plugin.ahead):
@@ -68,16 +69,16 @@ def run_checks(
     failed = (pytest.ExitCode.INTERNAL_ERROR, pytest.ExitCode.USAGE_ERROR)
     if plugin.failure or status in failed:
         raise PytestError(plugin.failure or f"pytest ended with {status}: {said.getvalue()}")
-    findings = retried(plugin.findings, rules, workshop, folder, plugin.again)
-    findings = _pinned(findings, rules, workshop, folder)
+    findings = attribute(plugin.findings, rules, libraries, folder, plugin.again)
+    findings = _pinned(findings, rules, libraries, folder)
     try:
-        return named(findings, rules, folder)
+        return with_mistakes(findings, rules, folder)
     except ExpectedError as error:
         raise PytestError(str(error)) from error
 
 
 def _pinned(
-    findings: list[Finding], rules: Manifest, workshop: Workshop, folder: Path
+    findings: list[Finding], rules: Manifest, libraries: Libraries, folder: Path
 ) -> list[Finding]:
     """Return the findings; those on wrong pictures that will be shown tell of their worst pixel."""
 
@@ -85,10 +86,10 @@ def _pinned(
         if outcome is not Outcome.FAILED or not finding.evidence.spots or finding.evidence.pinned:
             return finding
         exercise = rules.exercise(rules.checks()[finding.check].exercise)
-        student = Student(workshop.lend(exercise.file), folder, exercise.functions)
-        return pinned(finding, student)
+        student = Student(libraries.lend(exercise.file), folder, exercise.functions)
+        return with_worst_pixel(finding, student)
 
-    outcomes = [each.outcome for each in marked(findings, rules)]
+    outcomes = [each.outcome for each in settle(findings, rules)]
     return [looked_at(*pair) for pair in zip(findings, outcomes, strict=True)]
 
 
@@ -97,7 +98,7 @@ class GraderPlugin:
 
     def __init__(
         self,
-        workshop: Workshop,
+        libraries: Libraries,
         rules: Manifest,
         tp: int | None,
         folder: Path,
@@ -106,11 +107,11 @@ class GraderPlugin:
     ) -> None:
         self.findings: list[Finding] = []
         self.failure = ""
-        self._workshop, self._rules, self._tp = workshop, rules, tp
+        self._libraries, self._rules, self._tp = libraries, rules, tp
         self._folder, self._chosen = folder, chosen
         self._texts = texts  # in which pytest's own report tells what is wrong
         self._items: dict[str, pytest.Function] = {}
-        self.ahead = Ahead(rules, self._run_ahead)
+        self.ahead = Prefetch(rules, self._run_ahead)
         self._reruns = RERUNS
         self._out_of_memory = _out_of_memory()
 
@@ -138,16 +139,16 @@ class GraderPlugin:
         counting = {checks[name].exercise for name in filter(self._counts, self._items)}
         pictures = any(map(is_picture, self._items))
         if counting or pictures:
-            self._workshop.prepare_plain(pictures)
+            self._libraries.prepare_plain(pictures)
         for exercise in counting:
-            self._workshop.prepare_counted(self._rules.exercise(exercise).file)
+            self._libraries.prepare_counted(self._rules.exercise(exercise).file)
         items[:] = [self._items[name] for name in self.ahead.order([*self._items])]
 
     def _is_chosen(self, check: str) -> bool:
         return self._chosen is None or check in self._chosen
 
     def _is_asked(self, tp: int) -> bool:
-        return course.load().is_counted(tp) if self._tp is None else tp == self._tp
+        return settings.load().is_counted(tp) if self._tp is None else tp == self._tp
 
     @pytest.fixture
     def student(self, request: pytest.FixtureRequest) -> Student:
@@ -160,8 +161,8 @@ class GraderPlugin:
         if (known := item.stash.get(_STUDENT, None)) is not None:
             return known
         exercise = self._rules.exercise(self._rules.checks()[_check_id(item)].exercise)
-        libraries = self._workshop.lend(exercise.file)
-        student = Student(libraries, self._folder, exercise.functions)
+        library_set = self._libraries.lend(exercise.file)
+        student = Student(library_set, self._folder, exercise.functions)
         item.stash[_STUDENT] = student
         return student
 
@@ -201,7 +202,7 @@ class GraderPlugin:
         item.stash[_STUDENT] = student
         start = time.perf_counter()
         finding = _finding(item, self._raised(item), time.perf_counter() - start)
-        return pinned(finding, student)
+        return with_worst_pixel(finding, student)
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_pyfunc_call(self, pyfuncitem: pytest.Function) -> bool:
@@ -211,7 +212,7 @@ class GraderPlugin:
             raise error
         return True
 
-    def _run_ahead(self, check: str) -> Ran:
+    def _run_ahead(self, check: str) -> RunResult:
         """Run a check; for another thread."""
         start = time.perf_counter()
         try:
@@ -219,7 +220,7 @@ class GraderPlugin:
             error = self._raised(self._items[check])
         except Exception as raised:  # it is met again in the check's turn
             error = raised
-        return Ran(error, time.perf_counter() - start)
+        return RunResult(error, time.perf_counter() - start)
 
     def _raised(self, item: pytest.Function) -> Exception | None:
         """Run a check; return what it raises.
@@ -243,7 +244,7 @@ class GraderPlugin:
     def _told(self, finding: Finding) -> str:
         """Return the sentence and the question that the student's report would have."""
         assert self._texts is not None
-        ((result,), _) = conclude([finding], self._rules, self._texts)
+        ((result,), _) = grade([finding], self._rules, self._texts)
         lines = (result.note, result.message, result.hint)
         return "\n".join([f"{result.function}: {result.outcome.value}", *filter(None, lines)])
 
@@ -268,20 +269,20 @@ def _check_id(item: pytest.Item) -> str:
 
 def _finding(item: pytest.Item, error: BaseException | None, seconds: float) -> Finding:
     student = item.stash.get(_STUDENT, None)
-    outcome, verdict, location = outcome_of(error)
+    outcome, message, location = outcome_of(error)
     document = getattr(getattr(item, "function", None), "__doc__", None) or item.name
     return Finding(
         check=_check_id(item),
         title=document.strip().splitlines()[0],
         outcome=outcome,
-        verdict=verdict,
+        message=message,
         location=location,
         todo=student.todo if student else frozenset(),
         output=student.output[:MAX_OUTPUT] if student and outcome in _PRINTING else "",
         seconds=seconds,
-        evidence=error.evidence if isinstance(error, (Wrong, Fatal)) else Evidence(),
+        evidence=error.evidence if isinstance(error, (Wrong, CallDied)) else Evidence(),
         remarks=tuple(student.remarks) if student else (),
-        testimony=student.testimony.parts if student else {},
+        observations=student.observations.parts if student else {},
     )
 
 

@@ -14,26 +14,26 @@ from dataclasses import dataclass
 
 from grader.course.exercises import Manifest
 from grader.evaluation.recognition import is_picture
-from grader.records import Outcome
+from grader.evaluation.records import Outcome
 
 
 @dataclass(frozen=True)
-class Ran:
+class RunResult:
     """What a check raised, and how long it took, seconds."""
 
     error: Exception | None
     seconds: float
 
 
-class Ahead:
+class Prefetch:
     """The pictures of one run; `run` runs a check by its id."""
 
-    def __init__(self, rules: Manifest, run: Callable[[str], Ran]) -> None:
+    def __init__(self, rules: Manifest, run: Callable[[str], RunResult]) -> None:
         self._rules, self._run = rules, run
         self._pool = ThreadPoolExecutor(1)
         self._waiting: dict[str, set[str]] = {}  # pictures, for the checks that are to pass
         self._ready: list[str] = []
-        self._begun: dict[str, Future[Ran]] = {}
+        self._begun: dict[str, Future[RunResult]] = {}
         self._choosing = threading.Lock()
 
     def order(self, checks: Sequence[str]) -> list[str]:
@@ -65,7 +65,7 @@ class Ahead:
             awaited.discard(check)
         self._begin()
 
-    def result(self, check: str) -> Ran | None:
+    def result(self, check: str) -> RunResult | None:
         """Wait for a check that was begun; None when it was not, and no more will be."""
         with self._choosing:
             self._waiting.pop(check, None)

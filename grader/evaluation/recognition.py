@@ -20,31 +20,31 @@ from typing import Any
 
 import numpy as np
 
-from grader.checking import observations as testimony
+from grader.checking import observations
 from grader.checking.expected_data import ExpectedError, arrays_of, read_manifest
 from grader.checking.npz import archived
-from grader.checking.observations import Array, Part
+from grader.checking.observations import Array, Observation
 from grader.checking.pictures.candidates import shown_in
 from grader.course.exercises import Manifest
-from grader.records import Finding, Outcome
+from grader.evaluation.records import Finding, Outcome
 
 BANK = "mistakes.npz"
 MOST = 3  # mistakes named together
 _WRONG = (Outcome.FAILED, Outcome.CRASHED, Outcome.TIMEOUT)
 
-Parts = Mapping[str, Part]
+Parts = Mapping[str, Observation]
 Signature = Mapping[str, Parts]  # by check, of those that found something wrong
 
 
 @dataclass(frozen=True)
-class Known:
+class KnownMistake:
     """A known mistake: its exercise, and what its checks find."""
 
     exercise: str
     signature: Signature
 
 
-def named(findings: Sequence[Finding], rules: Manifest, folder: Path) -> list[Finding]:
+def with_mistakes(findings: Sequence[Finding], rules: Manifest, folder: Path) -> list[Finding]:
     """Return the findings with the ids of the mistakes that are recognised in them.
 
     `folder` is that of the expected data; one without a bank recognises nothing. Raises
@@ -76,7 +76,7 @@ def named(findings: Sequence[Finding], rules: Manifest, folder: Path) -> list[Fi
 def _in_pictures(
     findings: Sequence[Finding],
     rules: Manifest,
-    bank: Mapping[str, Known],
+    bank: Mapping[str, KnownMistake],
     found: Mapping[str, tuple[str, ...]],
     folder: Path,
 ) -> dict[str, tuple[str, ...]]:
@@ -87,7 +87,7 @@ def _in_pictures(
     common: dict[str, set[str]] = {}
     for each in findings:
         if is_picture(each.check) and each.outcome in _WRONG:
-            exercise, known = _exercise(each, rules), set(testimony.suspects(each.testimony))
+            exercise, known = _exercise(each, rules), set(observations.suspects(each.observations))
             common[exercise] = common.get(exercise, known) & known
     if not any(common.values()):
         return {}
@@ -97,7 +97,7 @@ def _in_pictures(
         if mistake.signature.keys() & right.keys() or (others and name not in others):
             common = {exercise: ids - {name} for exercise, ids in common.items()}
     for each in right.values():
-        for picture in testimony.pictures(each.testimony):
+        for picture in observations.pictures(each.observations):
             shown = set(shown_in(folder, picture))
             common = {exercise: ids - shown for exercise, ids in common.items()}
     return {name: tuple(sorted(ids)) for name, ids in common.items() if len(ids) <= MOST}
@@ -108,7 +108,7 @@ def _is_right(finding: Finding) -> bool:
     return finding.outcome is Outcome.PASSED and not finding.through and not finding.remarks
 
 
-def recognised(findings: Sequence[Finding], bank: Mapping[str, Known]) -> tuple[str, ...]:
+def recognised(findings: Sequence[Finding], bank: Mapping[str, KnownMistake]) -> tuple[str, ...]:
     """Return the ids of the mistakes that explain all the findings of one exercise."""
     checks, seen = {each.check for each in findings}, signature(findings)
     unclear = any(each.todo or each.outcome not in (*_WRONG, Outcome.PASSED) for each in findings)
@@ -122,27 +122,27 @@ def recognised(findings: Sequence[Finding], bank: Mapping[str, Known]) -> tuple[
     return tuple(ids) if len(ids) <= MOST else ()
 
 
-def signature(findings: Sequence[Finding]) -> dict[str, dict[str, Part]]:
+def signature(findings: Sequence[Finding]) -> dict[str, dict[str, Observation]]:
     """Return what was found wrong, by check: the parts of the answers, and how it was told."""
     return {
-        each.check: {**each.testimony, _ending(each): _NOTHING}
+        each.check: {**each.observations, _ending(each): _NOTHING}
         for each in findings
         if each.outcome in _WRONG
     }
 
 
-_NOTHING = Part(np.zeros(0, np.int64), np.zeros((0, 1), np.float32))
+_NOTHING = Observation(np.zeros(0, np.int64), np.zeros((0, 1), np.float32))
 
 
 def _ending(finding: Finding) -> str:
     """Return how a check ended; of a call that did not come back, which one it was."""
-    verdict = finding.verdict
-    if verdict is None:
+    message = finding.message
+    if message is None:
         return finding.outcome.value
     if finding.outcome is Outcome.FAILED:
-        return verdict.key
-    digest = hashlib.sha256(str(verdict.values.get("call", "")).encode()).hexdigest()
-    return f"{verdict.key} {digest[:8]}"
+        return message.key
+    digest = hashlib.sha256(str(message.values.get("call", "")).encode()).hexdigest()
+    return f"{message.key} {digest[:8]}"
 
 
 def same(seen: Signature, known: Signature) -> bool:
@@ -178,12 +178,12 @@ def _with(finding: Finding, ids: tuple[str, ...]) -> Finding:
 # ---- The bank -----------------------------------------------------------------------------------
 
 
-def encode(bank: Mapping[str, Known]) -> bytes:
+def encode(bank: Mapping[str, KnownMistake]) -> bytes:
     """Return the content of the bank's file: the same bytes for the same mistakes."""
     cases: list[Array] = []
     values: list[Array] = []
 
-    def place(part: Part) -> list[int]:
+    def place(part: Observation) -> list[int]:
         cases.append(part.cases)
         values.append(part.values)
         return list(part.values.shape)
@@ -211,7 +211,7 @@ def encode(bank: Mapping[str, Known]) -> bytes:
 _EMPTY = np.zeros(0, np.float32)
 
 
-def read(folder: Path) -> dict[str, Known]:
+def read(folder: Path) -> dict[str, KnownMistake]:
     """Read the bank of a folder; {} where there is none. Raises ExpectedError."""
     path = folder / BANK
     rules = read_manifest(folder).get("bank")
@@ -219,7 +219,7 @@ def read(folder: Path) -> dict[str, Known]:
 
 
 @cache
-def _read(path: Path, digest: str) -> Mapping[str, Known]:
+def _read(path: Path, digest: str) -> Mapping[str, KnownMistake]:
     try:
         arrays = arrays_of(path, {"sha256": digest})
         index = json.loads(arrays["index"].tobytes())
@@ -228,17 +228,17 @@ def _read(path: Path, digest: str) -> Mapping[str, Known]:
         raise ExpectedError(path, error) from error
 
 
-def _unpacked(index: Mapping[str, Any], cases: Array, values: Array) -> dict[str, Known]:
+def _unpacked(index: Mapping[str, Any], cases: Array, values: Array) -> dict[str, KnownMistake]:
     taken = [0, 0]
 
-    def part(count: int, width: int) -> Part:
+    def part(count: int, width: int) -> Observation:
         first, start = taken
         taken[:] = first + count, start + count * width
         own = values[start : taken[1]].reshape(count, width)
-        return Part(cases[first : taken[0]], own)
+        return Observation(cases[first : taken[0]], own)
 
     return {
-        name: Known(
+        name: KnownMistake(
             row["exercise"],
             {
                 check: {key: part(*shape) for key, shape in parts.items()}

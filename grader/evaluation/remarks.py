@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from grader.build import diagnostics
+from grader.build.records import BuildResult
 from grader.course.texts import Texts
-from grader.records import BuildResult, Refusal, Submission
+from grader.intake.records import Refusal, Submission
 
 MAX_REFUSED = 5
 

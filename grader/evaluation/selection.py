@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 
 from grader.console.parser import UsageError
-from grader.course import settings as course
+from grader.course import settings
 from grader.course.exercises import Check, Exercise, Manifest
 
 # What pytest's own expressions are made of; as parts of names they would be in half of them.
@@ -43,7 +43,7 @@ def choose(rules: Manifest, tp: int | None, keyword: str) -> frozenset[str]:
 
 
 def _is_asked(exercise: Exercise, tp: int | None) -> bool:
-    return course.load().is_counted(exercise.tp) if tp is None else exercise.tp == tp
+    return settings.load().is_counted(exercise.tp) if tp is None else exercise.tp == tp
 
 
 def _meant(word: str, asked: Sequence[Exercise]) -> set[str] | None:

@@ -22,7 +22,7 @@ from pathlib import Path
 from grader.build import toolchain
 from grader.course.exercises import ROOT
 from grader.course.texts import Texts, preferred
-from grader.execution.worker_process import Channel, Died, Limits, start_worker
+from grader.execution.worker_process import Died, Limits, SessionSocket, start_worker
 from grader.sandbox.levels import Isolation, IsolationError, Level, current, using
 from grader.sandbox.tools import give_away, run_tool, take_back
 
@@ -83,7 +83,7 @@ def prove(cache: Path = ROOT / "build" / "cache") -> Proof:
     return Proof(current(), tuple(permitted))
 
 
-def _while_running(channel: Channel, secret: Path, port: int) -> Iterator[str]:
+def _while_running(channel: SessionSocket, secret: Path, port: int) -> Iterator[str]:
     acts: list[tuple[str, str, bytes]] = [
         ("read", "read_file", _path(secret)),
         ("write", "write_file", _path(secret.with_name("written"))),

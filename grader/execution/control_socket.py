@@ -20,7 +20,7 @@ from grader.worker import frames
 _CREDENTIALS = struct.Struct("3i")  # process, user, group
 
 
-class Control:
+class ControlSocket:
     """The socket, and the file of the worker's errors. Threads may share it."""
 
     def __init__(self, sock: socket.socket, errors: IO[bytes]) -> None:

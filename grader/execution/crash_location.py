@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from grader.course import exercises as manifest
+from grader.course import exercises
 from grader.sandbox.tools import run_tool
 from grader.worker import frames
 
@@ -25,17 +25,17 @@ _PLACE = re.compile(r"(?:.*/)?([\w.]+\.(?:c|h|cpp)):(\d+)")
 
 
 @dataclass(frozen=True)
-class Place:
+class CrashLocation:
     """A function, and "file:line"; both "" when they are not known."""
 
     function: str = ""
     location: str = ""
 
 
-NOWHERE = Place()
+NOWHERE = CrashLocation()
 
 
-def from_page(library: str, page: bytes) -> Place:
+def from_page(library: str, page: bytes) -> CrashLocation:
     """Return where the code was when a signal came, as watch.c noted it in the session's page."""
     base, pc, signal, count, *callers = frames.TRACE.unpack_from(page, frames.TRACE_OFFSET)
     if signal == 0:
@@ -45,7 +45,7 @@ def from_page(library: str, page: bytes) -> Place:
     return locate(library, [each - base for each in addresses])
 
 
-def from_report(library: str, text: str) -> Place:
+def from_report(library: str, text: str) -> CrashLocation:
     """Return the first place in the library that a sanitizer's report names by its address."""
     name = os.path.basename(library)
     found = [
@@ -56,7 +56,7 @@ def from_report(library: str, text: str) -> Place:
     return locate(library, found)
 
 
-def locate(library: str, offsets: Sequence[int]) -> Place:
+def locate(library: str, offsets: Sequence[int]) -> CrashLocation:
     """Return the first of these places that is in the submission's own code, else in ours."""
     size = Path(library).stat().st_size * 64  # a library's globals are not in its file
     sane = [f"{each:#x}" for each in offsets if 0 < each < size][:MAX_ADDRESSES]
@@ -68,12 +68,12 @@ def locate(library: str, offsets: Sequence[int]) -> Place:
     except OSError:
         return NOWHERE  # no addr2line on this machine
     places = [each for each in _places(ran.output) if not each.location.startswith(SHIM)]
-    given = manifest.load().given
+    given = exercises.load().given
     own = [each for each in places if each.location.partition(":")[0] not in given]
     return next(iter([*own, *places]), NOWHERE)
 
 
-def _places(output: str) -> list[Place]:
+def _places(output: str) -> list[CrashLocation]:
     """Return what addr2line found: after each address, pairs of lines, inlined calls first."""
     places = []
     function = ""
@@ -84,6 +84,6 @@ def _places(output: str) -> list[Place]:
             function = line
         else:
             if found := _PLACE.match(line):
-                places.append(Place(function, f"{found[1]}:{found[2]}"))
+                places.append(CrashLocation(function, f"{found[1]}:{found[2]}"))
             function = ""
     return places

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import re
 
+from grader.course.message import Message
 from grader.course.texts import Texts, sentences
-from grader.records import Cause, Death, Verdict
+from grader.execution.records import Cause, Death
 
 _UNDEFINED = re.compile(r"undefined symbol: (\w+)")
 _RUNTIME = "runtime error: "
@@ -18,12 +19,12 @@ _PLAIN = {
 }
 
 
-def verdict(death: Death, call: str) -> Verdict:
+def message(death: Death, call: str) -> Message:
     """Return what happened in a call; "" as the call: while the code was loaded."""
     # A variable is looked for when the code is loaded, a function when it is called.
     missing = _UNDEFINED.search(death.text)
     if missing and death.cause in (Cause.LOAD, Cause.EXIT):
-        return Verdict("death.missing_symbol", {"name": missing[1]})
+        return Message("death.missing_symbol", {"name": missing[1]})
     values = {
         "call": call,
         "location": death.location,
@@ -36,11 +37,11 @@ def verdict(death: Death, call: str) -> Verdict:
     for key, pattern in _PLAIN.items():
         found = pattern.search(str(values["word"])) if death.word.startswith(_RUNTIME) else None
         if found:
-            return Verdict(key, {**values, **found.groupdict()})
-    return Verdict(_key(death), values)
+            return Message(key, {**values, **found.groupdict()})
+    return Message(_key(death), values)
 
 
-def told(what: Verdict, location: str, texts: Texts) -> str:
+def told(what: Message, location: str, texts: Texts) -> str:
     """Return the sentence of a verdict, with the place ("file:line" or "") where code has died."""
     values = {"place": _place(what, location, texts), **what.values}
     if values.get("call") == "":
@@ -57,7 +58,7 @@ def _key(death: Death) -> str:
     return key if key in sentences("fr") else "death.other"
 
 
-def _place(what: Verdict, location: str, texts: Texts) -> str:
+def _place(what: Message, location: str, texts: Texts) -> str:
     """Return where the code was, as the end of a sentence; "" when not known."""
     if not location:
         return ""

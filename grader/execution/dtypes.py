@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from grader.records import Binding
+from grader.build.records import Binding
 from grader.sandbox.ffi_source import library_source
 
 _NOT_INTEGERS = {"char": "S1", "_Bool": "?", "float": "f4", "double": "f8"}

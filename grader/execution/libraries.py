@@ -17,20 +17,21 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Protocol
 
-from grader.build import diagnostics, toolchain
-from grader.build import substitution as substitute
+from grader.build import diagnostics, substitution, toolchain
 from grader.build.builder import Builder, Built
+from grader.build.records import BuildResult, BuildStatus, Target
 from grader.build.target import MixError
 from grader.build.toolchain import Compiler
-from grader.course import exercises as manifest
-from grader.course import sizes
+from grader.course import exercises, sizes
+from grader.course.message import Message
 from grader.course.sizes import Size
-from grader.execution.worker_process import Process, start_worker
+from grader.execution.records import Death
+from grader.execution.worker_process import WorkerProcess, start_worker
 from grader.intake import originals
-from grader.records import BuildResult, BuildStatus, Death, Submission, Target, Verdict
+from grader.intake.records import Submission
 
 if TYPE_CHECKING:
-    from grader.execution.session import Core
+    from grader.execution.session import Library
 
 NOT_LINKED = "failure.not_linked"  # of a verdict
 Begin = Callable[[], Future[Built]]
@@ -38,11 +39,11 @@ Make = Callable[[], BuildResult]  # waits until it is built
 
 
 class NotBuilt(Exception):
-    """The file, or the whole submission, does not compile; `verdict` says it."""
+    """The file, or the whole submission, does not compile; `message` says it."""
 
-    def __init__(self, verdict: Verdict) -> None:
-        super().__init__(verdict.key)
-        self.verdict = verdict
+    def __init__(self, message: Message) -> None:
+        super().__init__(message.key)
+        self.message = message
 
 
 def _result(begin: Begin) -> BuildResult:
@@ -55,13 +56,13 @@ class LibrarySet(Protocol):
     stuck: dict[str, Death]  # functions that have run out of time, in whatever check
     is_mixed: bool  # whether functions of the reference stand in for some of its own
 
-    def unit(self, size: Size) -> Core:
+    def unit(self, size: Size) -> Library:
         """Return the library for functions, with pictures of that size. Raises NotBuilt."""
 
-    def renderer(self) -> Core:
+    def renderer(self) -> Library:
         """Return the library for whole pictures. Raises NotBuilt."""
 
-    def counter(self) -> Core:
+    def counter(self) -> Library:
         """Return the library that counts how often objects are tested. Raises NotBuilt."""
 
 
@@ -74,12 +75,12 @@ class _LibrarySet:
         self.stuck: dict[str, Death] = {}
         self.is_mixed = is_mixed
         self._sized, self._plain, self._counted = sized, plain, counted
-        self._cores: dict[str, Core] = {}
-        self._workers: dict[str, Process] = {}
+        self._cores: dict[str, Library] = {}
+        self._workers: dict[str, WorkerProcess] = {}
         self._stack = ExitStack()
         self._making = threading.Lock()  # pictures may be drawn by a thread of their own
 
-    def start(self, preload: str) -> Process:
+    def start(self, preload: str) -> WorkerProcess:
         """Return the worker in which that is loaded before everything else."""
         if preload not in self._workers:
             self._workers[preload] = self._stack.enter_context(start_worker(preload))
@@ -89,30 +90,30 @@ class _LibrarySet:
         """End the workers."""
         self._stack.close()
 
-    def unit(self, size: Size) -> Core:
+    def unit(self, size: Size) -> Library:
         """See LibrarySet."""
         return self._core(self._sized[size]())
 
-    def renderer(self) -> Core:
+    def renderer(self) -> Library:
         """See LibrarySet."""
         return self._core(self._plain())
 
-    def counter(self) -> Core:
+    def counter(self) -> Library:
         """See LibrarySet."""
         return self._core(self._counted())
 
-    def _core(self, result: BuildResult) -> Core:
+    def _core(self, result: BuildResult) -> Library:
         if result.status is not BuildStatus.BUILT:
-            raise NotBuilt(Verdict(NOT_LINKED))
-        from grader.execution.session import Core
+            raise NotBuilt(Message(NOT_LINKED))
+        from grader.execution.session import Library
 
         with self._making:
             if result.library not in self._cores:
-                self._cores[result.library] = Core(self.start(result.preload), result)
+                self._cores[result.library] = Library(self.start(result.preload), result)
             return self._cores[result.library]
 
 
-class Workshop:
+class Libraries:
     """The libraries of one submission; a context manager.
 
     They are made in the background from the beginning: the one for functions first, whose checks
@@ -168,7 +169,7 @@ class Workshop:
         if self.submission.files.get(file) != originals.read(self.submission.in_place)[file]:
             self._counted()
 
-    def __enter__(self) -> Workshop:
+    def __enter__(self) -> Libraries:
         return self
 
     def __exit__(
@@ -191,7 +192,7 @@ class Workshop:
         return [each.result().result for target, each in begun if not target.counted]
 
     @property
-    def rejected(self) -> dict[str, Verdict]:
+    def rejected(self) -> dict[str, Message]:
         """Why files of the submission are not judged, by their names."""
         return {name: why for each in self.builds for name, why in self._why(each).items()}
 
@@ -199,7 +200,7 @@ class Workshop:
         """Return the libraries, for a check of functions of `file`. Raises NotBuilt."""
         first = self._first.result().result
         if first.status is not BuildStatus.BUILT:
-            raise NotBuilt(Verdict(NOT_LINKED))
+            raise NotBuilt(Message(NOT_LINKED))
         if file in (why := self._why(first)):
             raise NotBuilt(why[file])
         return self._set
@@ -212,14 +213,14 @@ class Workshop:
         the reference's version of what it is judged by. Its sessions raise NotBuilt when
         these functions do not go with the reference's, and BuildError by the machine's fault.
         """
-        with Builder(substitute.reference(), self._folder, self._builder.compiler) as builder:
+        with Builder(substitution.reference(), self._folder, self._builder.compiler) as builder:
 
             def mix(begin: Begin) -> Make:
                 def make() -> BuildResult:
                     built = begin().result()
                     solution = builder.start(built.job.target).result()
                     try:
-                        return substitute.substituted(built, solution, names)
+                        return substitution.substituted(built, solution, names)
                     except MixError:
                         return replace(built.result, status=BuildStatus.REJECTED)
 
@@ -251,14 +252,14 @@ class Workshop:
                 self._begun[target] = self._builder.start(target, like)
             return self._begun[target]
 
-    def _why(self, result: BuildResult) -> dict[str, Verdict]:
+    def _why(self, result: BuildResult) -> dict[str, Message]:
         why = {
-            name: Verdict("failure.unreadable", {"file": name})
-            for name in manifest.load().student
+            name: Message("failure.unreadable", {"file": name})
+            for name in exercises.load().student
             if name not in self.submission.files and name not in self.submission.missing
         }
         for name, log in result.rejected.items():
             errors = [each for each in diagnostics.read(log) if each.is_error]
             message = f"{errors[0].place}: {errors[0].message}" if errors else log[:200]
-            why[name] = Verdict("failure.not_built", {"file": name, "error": message})
+            why[name] = Message("failure.not_built", {"file": name, "error": message})
         return why

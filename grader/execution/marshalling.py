@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from grader.build.records import Function
 from grader.execution.dtypes import Types, pack, unpack
-from grader.records import Function
 
 Array = npt.NDArray[Any]
 

@@ -49,28 +49,29 @@ from typing import Any
 import numpy as np
 
 from grader.build.builder import BuildError, build
+from grader.build.records import BuildResult, BuildStatus, Target
 from grader.course.exercises import ROOT
 from grader.execution.dtypes import Types, first, pack, unpack
 from grader.execution.marshalling import Address, Array, Reply, packed, unpacked
+from grader.execution.records import Death
 from grader.execution.worker_process import (
-    Channel,
     Died,
     Limits,
     MachineError,
     Missing,
-    Process,
+    SessionSocket,
+    WorkerProcess,
     start_worker,
 )
 from grader.files import write_whole
 from grader.intake.submission import read_submission
-from grader.records import BuildResult, BuildStatus, Death, Target
 
 # With what callers need of the modules below.
 __all__ = [
     "Address",
     "Array",
-    "Core",
     "Died",
+    "Library",
     "Limits",
     "MachineError",
     "Missing",
@@ -82,10 +83,10 @@ __all__ = [
 DEFAULT_LIMITS = Limits()
 
 
-class Core:
+class Library:
     """A loaded library of a submission: types, constants, and sessions that run it."""
 
-    def __init__(self, process: Process, library: BuildResult) -> None:
+    def __init__(self, process: WorkerProcess, library: BuildResult) -> None:
         if library.binding is None:
             raise ValueError("not built")
         self.functions = library.binding.functions
@@ -133,7 +134,7 @@ class Core:
 class Session:
     """One process that runs the submission's code. Made by Core.session."""
 
-    def __init__(self, core: Core, channel: Channel) -> None:
+    def __init__(self, core: Library, channel: SessionSocket) -> None:
         self._core, self._channel = core, channel
 
     def call(self, name: str, *args: Any) -> Reply:
@@ -247,7 +248,7 @@ def open_core(
     sanitized: bool = False,
     defines: tuple[str, ...] = (),
     cache: Path = ROOT / "build" / "cache",
-) -> Iterator[Core]:
+) -> Iterator[Library]:
     """Build a submission's folder, start a worker and load the library.
 
     `defines` are further flags such as "-DSCENE_SIZE=600000". Raises BuildError with the compiler's
@@ -258,4 +259,4 @@ def open_core(
     if result.status is not BuildStatus.BUILT or result.rejected:
         raise BuildError("submission.rejected", log=result.log)
     with start_worker(result.preload) as process:
-        yield Core(process, result)
+        yield Library(process, result)

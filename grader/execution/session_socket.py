@@ -17,8 +17,8 @@ from collections.abc import Callable, Container, Sequence
 from dataclasses import dataclass, replace
 from typing import IO, Any
 
-from grader.execution.crash_location import Place, from_page, from_report
-from grader.records import Cause, Death
+from grader.execution.crash_location import CrashLocation, from_page, from_report
+from grader.execution.records import Cause, Death
 from grader.worker import frames
 
 ANSWER_SECONDS = 20  # for the worker itself, which runs no code but ours
@@ -89,7 +89,7 @@ def printable(text: str) -> str:
     return "".join(each if each.isprintable() or each in "\n\t" else "�" for each in text)
 
 
-class Channel:
+class SessionSocket:
     """The parent's side of one session. A thread may interrupt what another waits for."""
 
     def __init__(
@@ -264,10 +264,10 @@ class Channel:
         return Death(cause, word, code, case, place.location, text, place.function, seconds)
 
 
-def _place(library: str, page: bytes, text: str) -> Place:
+def _place(library: str, page: bytes, text: str) -> CrashLocation:
     """Return where the code was: as a sanitizer reports it, else as the shim noted it."""
     place = from_report(library, text)
     if not place.location:
         place = from_page(library, page)
     found = _RUNTIME_ERROR.search(text)
-    return Place(place.function, f"{found[1]}:{found[2]}") if found else place
+    return CrashLocation(place.function, f"{found[1]}:{found[2]}") if found else place

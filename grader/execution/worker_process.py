@@ -25,25 +25,33 @@ from functools import cache, partial
 from pathlib import Path
 from typing import IO, Any
 
-from grader.execution.control_socket import Control
+from grader.execution.control_socket import ControlSocket
 from grader.execution.session_socket import (
     ANSWER_SECONDS,
-    Channel,
     Died,
     Limits,
     MachineError,
     Missing,
     NotLocked,
+    SessionSocket,
 )
-from grader.sandbox import bubblewrap as bubble
+from grader.sandbox import bubblewrap
 from grader.sandbox.ffi_source import library_source
 from grader.sandbox.levels import Isolation, Level, current
 from grader.sandbox.staging import private_folder, stage
 from grader.sandbox.tools import finish
 from grader.worker import frames
 
-# With what callers need of channel.py.
-__all__ = ["Channel", "Died", "Limits", "MachineError", "Missing", "Process", "start_worker"]
+# With what callers need of session_socket.py.
+__all__ = [
+    "Died",
+    "Limits",
+    "MachineError",
+    "Missing",
+    "SessionSocket",
+    "WorkerProcess",
+    "start_worker",
+]
 
 INSIDE_STAGE, INSIDE_INBOX = "/mrt/stage", "/mrt/inbox"  # in a sandbox
 SANITIZER_OPTIONS = {
@@ -62,7 +70,7 @@ _Kind = tuple[str, Limits]  # of sessions: the library, and its limits
 
 
 @contextlib.contextmanager
-def start_worker(preload: str = "") -> Iterator[Process]:
+def start_worker(preload: str = "") -> Iterator[WorkerProcess]:
     """Start a worker, with libraries loaded before everything else; end it with the block.
 
     It is as isolated as `isolation.levels.current()` says. Returns before the worker is there; that
@@ -77,7 +85,7 @@ def start_worker(preload: str = "") -> Iterator[Process]:
         stack.callback(shutil.rmtree, folder, ignore_errors=True)
         stack.enter_context(ours)
         errors = stack.enter_context(tempfile.TemporaryFile())
-        control = Control(ours, errors)  # before the worker says who it is
+        control = ControlSocket(ours, errors)  # before the worker says who it is
         environment = _environment(isolation, preload)
         with theirs:
             popen = subprocess.Popen(
@@ -91,7 +99,7 @@ def start_worker(preload: str = "") -> Iterator[Process]:
                 cwd=stage(),
             )
         try:
-            process = Process(control, isolation, inbox)
+            process = WorkerProcess(control, isolation, inbox)
             stack.callback(process.close)
             yield process
         finally:
@@ -103,7 +111,7 @@ def _command(
     isolation: Isolation, inbox: Path, environment: Mapping[str, str], descriptor: int
 ) -> list[str]:
     # -S, -s: no site-packages; -B: no .pyc.
-    python = [bubble.interpreter(), "-S", "-s", "-B", "-m", "grader.worker", str(descriptor)]
+    python = [bubblewrap.interpreter(), "-S", "-s", "-B", "-m", "grader.worker", str(descriptor)]
     if isolation.level is not Level.STRONG:
         return python
     readable = [(str(stage()), INSIDE_STAGE), (str(inbox), INSIDE_INBOX)]
@@ -112,7 +120,7 @@ def _command(
     settings.write_text("".join(f"{key}={environment[key]}\0" for key in environment))
     settings.chmod(0o644)
     readable.append((str(settings), "/proc/self/environ"))
-    return bubble.sandbox(readable, [], environment, python, INSIDE_STAGE)
+    return bubblewrap.sandbox(readable, [], environment, python, INSIDE_STAGE)
 
 
 def _environment(isolation: Isolation, preload: str) -> dict[str, str]:
@@ -125,18 +133,18 @@ def _environment(isolation: Isolation, preload: str) -> dict[str, str]:
     return environment
 
 
-class Process:
+class WorkerProcess:
     """The parent's hold on a worker. Made by start_worker."""
 
-    def __init__(self, control: Control, isolation: Isolation, inbox: Path) -> None:
+    def __init__(self, control: ControlSocket, isolation: Isolation, inbox: Path) -> None:
         self._control, self._isolation, self._inbox = control, isolation, inbox
         self._numbers = itertools.count(1)
-        self._spares: dict[_Kind, Channel] = {}
+        self._spares: dict[_Kind, SessionSocket] = {}
         self._seen: set[_Kind] = set()
         self._choosing = threading.Lock()  # threads may start sessions at the same time
         machine = "" if isolation.level is Level.PORTABLE else platform.machine()
         strong = isolation.level is Level.STRONG
-        paths = ["/"] if strong else [*bubble.readable(), str(stage()), str(inbox)]
+        paths = ["/"] if strong else [*bubblewrap.readable(), str(stage()), str(inbox)]
         control.tell({"do": "lock", "machine": machine, "paths": paths}, _lock_code())
 
     def declare(self, library: str, cdef: str, sanitized: bool) -> None:
@@ -151,7 +159,7 @@ class Process:
         self._control.tell(head, library_source(cdef, library))
 
     @contextlib.contextmanager
-    def fork(self, library: str, limits: Limits) -> Iterator[Channel]:
+    def fork(self, library: str, limits: Limits) -> Iterator[SessionSocket]:
         """Start a session with a declared library. Raises Died when it cannot be loaded.
 
         From the second of a kind on, one more is made ready meanwhile, for the next time.
@@ -177,7 +185,7 @@ class Process:
         for each in self._spares.values():
             each.close()
 
-    def _start(self, kind: _Kind) -> Channel:
+    def _start(self, kind: _Kind) -> SessionSocket:
         library, limits = kind
         number, size = next(self._numbers), self._size()
         head: dict[str, Any] = {"do": "fork", "session": number, "key": Path(library).name}
@@ -186,7 +194,7 @@ class Process:
         ours, theirs = socket.socketpair()
         files = _files()
         reap, release = partial(self._reap, number), partial(self._release, number)
-        channel = Channel(reap, release, ours, files, limits, library)
+        channel = SessionSocket(reap, release, ours, files, limits, library)
         with theirs:
             self._control.tell(head, b"", [theirs.fileno(), *(each.fileno() for each in files)])
         return channel

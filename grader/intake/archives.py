@@ -20,7 +20,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
-from grader.records import Told
+from grader.course.message import UserError
 
 MAX_FILE_BYTES = 1_000_000
 MAX_ENTRIES = 10_000  # files looked at, C or not
@@ -42,7 +42,7 @@ _DAMAGE = (
 _END, _END_BYTES, _LOCATOR = b"PK\5\6", 22, b"PK\6\7"
 
 
-class SubmissionError(Told):
+class SubmissionError(UserError):
     """The path is not a submission: wrong use."""
 
 

@@ -14,7 +14,7 @@ import re
 import unicodedata
 from dataclasses import dataclass
 
-from grader.records import Verdict
+from grader.course.message import Message
 
 NAME = "AUTEURS.txt"
 MAX_BYTES = 10_000
@@ -51,7 +51,7 @@ class Authors:
 
     people: tuple[Person, ...]
     group: str
-    problems: tuple[Verdict, ...] = ()
+    problems: tuple[Message, ...] = ()
 
     @property
     def label(self) -> str:
@@ -63,10 +63,10 @@ class Authors:
 def parse(content: bytes) -> Authors:
     """Read the file's content, in any usual encoding and with any end of line."""
     people: list[Person] = []
-    problems: list[Verdict] = []
+    problems: list[Message] = []
     group = ""
     if len(content) > MAX_BYTES:
-        problems.append(Verdict("authors.too_long", {"kb": MAX_BYTES // 1000}))
+        problems.append(Message("authors.too_long", {"kb": MAX_BYTES // 1000}))
     for number, line in enumerate(_text(content[:MAX_BYTES]).splitlines(), 1):
         if line.startswith("#") or _is_blank(line):
             continue
@@ -76,9 +76,9 @@ def parse(content: bytes) -> Authors:
             problems += _remarks(person, people, number)
             people.append(person)
         else:
-            problems.append(Verdict("authors.not_understood", {"line": number, "text": line}))
+            problems.append(Message("authors.not_understood", {"line": number, "text": line}))
     if not people:
-        problems.append(Verdict("authors.nobody"))
+        problems.append(Message("authors.nobody"))
     return Authors(tuple(people), group, tuple(problems))
 
 
@@ -124,14 +124,14 @@ def _person(line: str) -> Person | None:
     return Person(names[0], names[1] if len(names) == 2 else "", "".join(numbers))
 
 
-def _remarks(person: Person, before: list[Person], line: int) -> list[Verdict]:
+def _remarks(person: Person, before: list[Person], line: int) -> list[Message]:
     """Return what is to be mended about a person."""
     name = f"{person.first_name} {person.surname}".strip()
     found = []
     if not person.number:
-        found.append(Verdict("authors.no_number", {"name": name, "line": line}))
+        found.append(Message("authors.no_number", {"name": name, "line": line}))
     if any(person == each or person.number == each.number != "" for each in before):
-        found.append(Verdict("authors.twice", {"name": name, "line": line}))
+        found.append(Message("authors.twice", {"name": name, "line": line}))
     return found
 
 

@@ -14,20 +14,20 @@ from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 
-from grader.course import exercises as manifest
-from grader.records import Told
+from grader.course import exercises
+from grader.course.message import UserError
 
-PACK = manifest.PACKAGE / "intake" / "originals.zip"
-REFERENCE = manifest.ROOT / "reference"
+PACK = exercises.PACKAGE / "intake" / "originals.zip"
+REFERENCE = exercises.ROOT / "reference"
 
 
-class OriginalsError(Told):
+class OriginalsError(UserError):
     """A file that was handed out cannot be read: the machine's fault."""
 
 
 def names() -> tuple[str, ...]:
     """Return the names of the given files, then of the skeleton's."""
-    rules = manifest.load()
+    rules = exercises.load()
     return (*rules.given, *rules.student)
 
 
@@ -41,7 +41,7 @@ def read(in_place: bool) -> Mapping[str, bytes]:
 
 def has_solution() -> bool:
     """Whether the solution lies beside the grader: never in a student's copy."""
-    return all((REFERENCE / name).is_file() for name in manifest.load().student)
+    return all((REFERENCE / name).is_file() for name in exercises.load().student)
 
 
 def from_core() -> dict[str, bytes]:
@@ -49,7 +49,7 @@ def from_core() -> dict[str, bytes]:
     found = {}
     for name in names():
         try:
-            found[name] = (manifest.CORE / name).read_bytes()
+            found[name] = (exercises.CORE / name).read_bytes()
         except OSError as error:
             raise OriginalsError(
                 "machine.given_missing", name=f"core_c/{name}", error=error.strerror

@@ -12,10 +12,10 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path, PurePosixPath
 
-from grader.course import exercises as manifest
+from grader.course import exercises
 from grader.intake import archives, originals
 from grader.intake.archives import CXX_CODE, Entry, SubmissionError
-from grader.records import Refusal, Source, Submission
+from grader.intake.records import Refusal, Source, Submission
 
 MAX_FILES = 100
 MAX_NEARBY = 3
@@ -39,13 +39,13 @@ def read_submission(path: Path, *, look_around: bool = False) -> Submission:
     """
     found = list(archives.entries(path))
     place = _candidate(found, path)
-    rules = manifest.load()
+    rules = exercises.load()
     own = {
         each.path.name: each
         for each in found
         if each.path.parent == place and each.problem != "twice"
     }
-    in_place = path.is_dir() and (path / place).resolve() == manifest.CORE.resolve()
+    in_place = path.is_dir() and (path / place).resolve() == exercises.CORE.resolve()
     given = {name: own[name].content for name in rules.given if name in own}
     taken, refused, converted = _sorted_out(own.values())
     authors = [each.content for each in [*own.values(), *found] if _is_authors(each)]
@@ -67,7 +67,7 @@ def read_submission(path: Path, *, look_around: bool = False) -> Submission:
 
 def _candidate(found: Sequence[Entry], path: Path) -> PurePosixPath:
     """Return the one folder that holds student's files: the top when it does, or else the only."""
-    rules = manifest.load()
+    rules = exercises.load()
     folders = {
         each.path.parent
         for each in found
@@ -88,7 +88,7 @@ def _sorted_out(
     own: Iterable[Entry],
 ) -> tuple[dict[str, bytes], list[Refusal], list[str]]:
     """Return the files to compile, those that cannot be, and those that were in UTF-16."""
-    rules = manifest.load()
+    rules = exercises.load()
     taken: dict[str, bytes] = {}
     refused: list[Refusal] = []
     converted: list[str] = []
@@ -178,7 +178,7 @@ def _nearby(folder: Path, taken: Mapping[str, bytes]) -> list[Source]:
     copies: list[Source] = []
     homes = set()
     for place in around:
-        for name in manifest.load().student:
+        for name in exercises.load().student:
             path = place / name
             # os.path.isfile is false, and raises nothing, for what lies in a closed folder.
             if place in (folder, originals.REFERENCE) or not os.path.isfile(path):

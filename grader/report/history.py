@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from grader.records import Outcome
+from grader.evaluation.records import Outcome
 from grader.report.results import Row, write
 
 NAME = "history.json"

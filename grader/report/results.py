@@ -16,18 +16,11 @@ from typing import Any
 import grader
 from grader.build import diagnostics
 from grader.build.diagnostics import Diagnostic
+from grader.build.records import BuildResult, BuildStatus
 from grader.course import exercises as manifest
 from grader.course.texts import Texts
-from grader.records import (
-    BuildResult,
-    BuildStatus,
-    CheckResult,
-    ExerciseResult,
-    Outcome,
-    Report,
-    Source,
-    Submission,
-)
+from grader.evaluation.records import CheckResult, ExerciseResult, Outcome, Report
+from grader.intake.records import Source, Submission
 
 Row = Mapping[str, Any]  # a part of results.json
 

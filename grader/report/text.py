@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from grader.course import exercises as manifest
+from grader.course import exercises
 from grader.course.texts import Texts
 from grader.report.results import Row
 from grader.report.summary import Line, Summary
@@ -99,7 +99,7 @@ class View:
         """Yield a line per exercise; TPs that are closed, or not begun yet, fold into one line."""
         opened = self.content["opened_tps"]
         tps = sorted({each["tp"] for each in self.content["exercises"]})
-        known = manifest.load().tps
+        known = exercises.load().tps
         closed = [] if self.content["partial"] else [tp for tp in known if tp not in opened]
         tps = [tp for tp in tps if tp not in closed]
         current = next((tp for tp in tps if not self._is_done(tp)), None)
@@ -125,7 +125,7 @@ class View:
         return [each for each in self.content["exercises"] if each["tp"] == tp]
 
     def _title(self, tp: int) -> str:
-        title = manifest.load().tps[tp][self.texts.language]
+        title = exercises.load().tps[tp][self.texts.language]
         return self.texts.say("report.tp", tp=tp, title=title)
 
     def _folded_tp(self, tp: int, rows: list[Row]) -> Iterator[Line]:

@@ -10,11 +10,11 @@ from pathlib import Path
 
 import _cffi_backend
 
-from grader.course import exercises as manifest
+from grader.course import exercises
 from grader.worker import lockdown
 from grader.worker.session import LIBC
 
-KEPT = manifest.ROOT / "build" / "cache" / "bindings"  # of what is the grader's own
+KEPT = exercises.ROOT / "build" / "cache" / "bindings"  # of what is the grader's own
 
 
 def library_source(cdef: str, library: str = "") -> bytes:

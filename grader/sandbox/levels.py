@@ -18,9 +18,9 @@ from dataclasses import dataclass
 from enum import Enum
 from functools import cache
 
+from grader.course.message import UserError
 from grader.course.texts import Texts
-from grader.records import Told
-from grader.sandbox import bubblewrap as bubble
+from grader.sandbox import bubblewrap
 from grader.worker.syscalls import ARCHITECTURES
 
 TRIAL_SECONDS = 20
@@ -46,7 +46,7 @@ class Isolation:
     detail: str = ""
 
 
-class IsolationError(Told):
+class IsolationError(UserError):
     """The machine cannot give the level that was asked for; `best` has the reason and its mend."""
 
     def __init__(self, wanted: Level, found: Isolation) -> None:
@@ -94,7 +94,7 @@ def best() -> Isolation:
         return Isolation(Level.PORTABLE, "isolation.no_setpriv")
     if shutil.which("bwrap") is None:
         return Isolation(Level.MEDIUM, "isolation.no_bwrap")
-    command = bubble.sandbox([], [], {}, ["/usr/bin/env", "true"])
+    command = bubblewrap.sandbox([], [], {}, ["/usr/bin/env", "true"])
     try:
         done = subprocess.run(
             command,

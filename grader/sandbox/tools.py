@@ -21,7 +21,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
 
-from grader.sandbox import bubblewrap as bubble
+from grader.sandbox import bubblewrap
 from grader.sandbox.levels import Level, current
 from grader.sandbox.staging import stage
 
@@ -34,7 +34,7 @@ ENVIRONMENT = {"PATH": "/usr/bin:/bin", "LC_ALL": "C.UTF-8"}
 
 
 @dataclass(frozen=True)
-class Ran:
+class ToolResult:
     """How a tool ended: its exit status, and the beginning of what it said."""
 
     status: int
@@ -53,7 +53,7 @@ def run_tool(
     readable: Sequence[Path] = (),
     writable: Sequence[Path] = (),
     seconds: float = 30,
-) -> Ran:
+) -> ToolResult:
     """Run a tool in a folder, which it can read; it sees the other files only if they are listed.
 
     Raises OSError when it cannot be started.
@@ -76,7 +76,7 @@ def run_tool(
             env=environment,
             start_new_session=True,
         )
-        return Ran(finish(tool, seconds), _beginning(output), _beginning(errors))
+        return ToolResult(finish(tool, seconds), _beginning(output), _beginning(errors))
 
 
 def finish(process: subprocess.Popen[bytes], seconds: float) -> int:
@@ -110,7 +110,7 @@ def _wait(process: subprocess.Popen[bytes], seconds: float) -> None:
 def give_away(folder: Path) -> None:
     """Let a tool write to a folder: root's tools run as nobody in a sandbox."""
     if os.geteuid() == 0:
-        os.chown(folder, bubble.NOBODY, bubble.NOBODY)
+        os.chown(folder, bubblewrap.NOBODY, bubblewrap.NOBODY)
 
 
 def take_back(path: Path) -> None:
@@ -137,7 +137,7 @@ def _path(program: str) -> list[str]:
 def _toolchain(program: str) -> list[Path]:
     """Return where a compiler that does not stand among the system's has its files."""
     prefix = Path(program).resolve().parent.parent
-    return [] if bubble.is_system(prefix) else [prefix]
+    return [] if bubblewrap.is_system(prefix) else [prefix]
 
 
 def _line(
@@ -151,12 +151,12 @@ def _line(
     if level is Level.STRONG:
         pairs = [(str(path), str(path)) for path in dict.fromkeys(readable)]
         folders = [str(path) for path in writable]
-        return bubble.sandbox(pairs, folders, environment, [*_limits(), *words], str(folder))
+        return bubblewrap.sandbox(pairs, folders, environment, [*_limits(), *words], str(folder))
     if level is Level.MEDIUM:
         # Without namespaces: Landlock, set by a small program that then becomes the tool.
-        places = [f"--read={path}" for path in (*bubble.readable(), *readable)]
+        places = [f"--read={path}" for path in (*bubblewrap.readable(), *readable)]
         places += [f"--write={path}" for path in writable]
-        launch = [bubble.interpreter(), "-S", "-s", "-B", str(stage() / "launch.py")]
+        launch = [bubblewrap.interpreter(), "-S", "-s", "-B", str(stage() / "launch.py")]
         return [*launch, *places, "--", *_limits(), *words]
     return [*_limits(), *words]
 

@@ -46,7 +46,7 @@ PACKAGES: dict[str, dict[str, str]] = {
 
 
 @dataclass(frozen=True)
-class Finding:
+class Symptom:
     """One line of the report.
 
     Attributes
@@ -121,7 +121,7 @@ def builds(flags: list[str], source: str = "int main(void) { return 0; }") -> st
     return " ".join(flags)
 
 
-def compilers() -> list[Finding]:
+def compilers() -> list[Symptom]:
     """Look for the compilers and make."""
     purpose = {
         "gcc": in_language("compile votre C", "builds your C"),
@@ -129,36 +129,36 @@ def compilers() -> list[Finding]:
         "clang": in_language("un autre avis sur votre C ; facultatif", "another opinion; optional"),
         "make": in_language("lance les commandes", "runs the commands"),
     }
-    return [Finding(name, first_line([name, "--version"]), purpose[name]) for name in purpose]
+    return [Symptom(name, first_line([name, "--version"]), purpose[name]) for name in purpose]
 
 
-def compiler_features() -> list[Finding]:
+def compiler_features() -> list[Symptom]:
     """Try what the compiler can do: sanitizers, OpenMP, PNG files."""
     sanitizers = builds(["-fsanitize=address,undefined"])
     openmp = ["-fopenmp"] if sys.platform != "darwin" else ["-Xpreprocessor", "-fopenmp", "-lomp"]
     png = first_line(["pkg-config", "--modversion", "libpng"])
     return [
-        Finding(
+        Symptom(
             "sanitizers",
             sanitizers,
             in_language("nomment la ligne d'une erreur de mémoire", "name a memory error's line"),
         ),
-        Finding("OpenMP", builds(openmp), in_language("plusieurs cœurs", "several cores")),
-        Finding("libpng", png, in_language("images .png, en plus des .ppm", ".png pictures")),
+        Symptom("OpenMP", builds(openmp), in_language("plusieurs cœurs", "several cores")),
+        Symptom("libpng", png, in_language("images .png, en plus des .ppm", ".png pictures")),
     ]
 
 
-def python_tools() -> list[Finding]:
+def python_tools() -> list[Symptom]:
     """Look for what makes the Python environment."""
     venv = importlib.util.find_spec("ensurepip") is not None
     return [
-        Finding("Python", f"{platform.python_version()} ({sys.executable})", ""),
-        Finding(
+        Symptom("Python", f"{platform.python_version()} ({sys.executable})", ""),
+        Symptom(
             "venv",
             "ensurepip" if venv else "",
             in_language("prépare l'environnement Python", "makes the Python environment"),
         ),
-        Finding(
+        Symptom(
             "uv",
             first_line(["uv", "--version"]),
             in_language("le prépare plus vite ; facultatif", "makes it quicker; optional"),
@@ -182,37 +182,37 @@ def canary() -> str:
     return " ".join(done.stdout.splitlines()[1:])
 
 
-def isolation() -> Finding:
+def isolation() -> Symptom:
     """Try bubblewrap, which shuts in other people's code while it is graded."""
     purpose = in_language("isole le code que l'on évalue", "shuts in the code that is graded")
     if shutil.which("bwrap") is None:
-        return Finding("bubblewrap", "", purpose)
+        return Symptom("bubblewrap", "", purpose)
     user = [] if os.geteuid() == 0 else ["--unshare-user"]
     walls = [*user, "--unshare-pid", "--unshare-net", "--ro-bind", "/", "/"]
     if first_line(["bwrap", *walls, "echo", "ok"]) == "ok":
         permitted = canary()
         detail = "" if permitted else first_line(["bwrap", "--version"])
-        return Finding("bubblewrap", detail, purpose, permitted)
+        return Symptom("bubblewrap", detail, purpose, permitted)
     cure = in_language(
         "présent, mais le noyau lui refuse les espaces de noms utilisateur (conteneur, ou Ubuntu"
         " sans profil AppArmor pour bwrap : sysctl kernel.apparmor_restrict_unprivileged_userns=0)",
         "present, but the kernel refuses it user namespaces (a container, or Ubuntu without an"
         " AppArmor profile for bwrap: sysctl kernel.apparmor_restrict_unprivileged_userns=0)",
     )
-    return Finding("bubblewrap", "", purpose, cure)
+    return Symptom("bubblewrap", "", purpose, cure)
 
 
-def debuggers() -> list[Finding]:
+def debuggers() -> list[Symptom]:
     """Look for the tools that find a fault in a program."""
     uses = {
         "valgrind": in_language("voit les lectures non initialisées", "sees uninitialised reads"),
         "gdb": in_language("suit un programme pas à pas", "follows a program step by step"),
         "addr2line": in_language("nomme la ligne d'un plantage", "names the line of a crash"),
     }
-    return [Finding(name, first_line([name, "--version"]), uses[name]) for name in uses]
+    return [Symptom(name, first_line([name, "--version"]), uses[name]) for name in uses]
 
 
-def cure(finding: Finding) -> str:
+def cure(finding: Symptom) -> str:
     """Return how to get what is missing, with this system's package tool."""
     if finding.cure:
         return finding.cure
@@ -225,7 +225,7 @@ def cure(finding: Finding) -> str:
     return f"{'' if tool == 'brew' else 'sudo '}{tool} install {package}"
 
 
-def line(finding: Finding) -> str:
+def line(finding: Symptom) -> str:
     """Return a finding as one line of text."""
     if finding.detail:
         return f"OK      {finding.name:<11} {finding.detail}"
@@ -235,7 +235,7 @@ def line(finding: Finding) -> str:
 
 def main() -> int:
     """Print the report; return 0, whatever is missing."""
-    groups: list[Callable[[], list[Finding]]] = [
+    groups: list[Callable[[], list[Symptom]]] = [
         compilers,
         compiler_features,
         python_tools,

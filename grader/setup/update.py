@@ -15,7 +15,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from io import BytesIO
 from pathlib import Path, PurePosixPath
 
-from grader.setup import release_record as handout
+from grader.setup import release_record
 from grader.setup.release_record import RECORD, HandoutError, Release, digest
 from grader.setup.sentences import in_language
 from grader.setup.transaction import Done, Plan, Step, replace
@@ -55,7 +55,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def prepare(archive: Path, root: Path, force: bool = False) -> Plan:
     """Compare the folder with what it was made from and with the archive. Raises HandoutError."""
     old = _installed(root)
-    new, files = handout.read(archive)
+    new, files = release_record.read(archive)
     if new.age < old.age and not force:
         raise HandoutError(
             in_language(
@@ -73,7 +73,7 @@ def prepare(archive: Path, root: Path, force: bool = False) -> Plan:
 def _installed(root: Path) -> Release:
     """Return the record of the folder itself."""
     try:
-        return handout.parse((root / RECORD).read_bytes())
+        return release_record.parse((root / RECORD).read_bytes())
     except (OSError, ValueError) as error:
         raise HandoutError(
             in_language(

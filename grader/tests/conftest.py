@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from grader.execution.session import Core, open_core
+from grader.execution.session import Library, open_core
 from grader.tests.support.student import STUDENT_MAIN, main_c
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -49,7 +49,7 @@ def submission(tmp_path: Path) -> Write:
 
 
 @pytest.fixture(scope="session", params=[False, True], ids=["plain", "sanitized"])
-def reference(request: pytest.FixtureRequest, cache: Path) -> Iterator[Core]:
+def reference(request: pytest.FixtureRequest, cache: Path) -> Iterator[Library]:
     """Return the reference solution at 96x64, in both builds."""
     with open_core(ROOT / "reference", 96, 64, sanitized=request.param, cache=cache) as core:
         yield core

@@ -17,7 +17,7 @@ from typing import Any
 
 from grader.worker.frames import DESCRIPTORS, EXITED, HEAD, Reader, frame
 from grader.worker.lockdown import Filter, Lock
-from grader.worker.session import Session, StrayWrite
+from grader.worker.session import StrayWrite, WorkerSession
 from grader.worker.shared import Shared
 from grader.worker.syscalls import ARCHITECTURES
 
@@ -35,7 +35,7 @@ NEEDED = ("libm.so.6", "libgcc_s.so.1", "libubsan.so.1")
 _Act = Callable[[dict[str, Any], bytes, list[int]], bytes | None]
 
 
-def _serve(sock: socket.socket, session: Session, shared: Shared, each_call: int) -> None:
+def _serve(sock: socket.socket, session: WorkerSession, shared: Shared, each_call: int) -> None:
     """Answer the requests of one session, until it is closed.
 
     Each in so many CPU seconds; 0 when they are bounded together.
@@ -174,7 +174,7 @@ class Worker:
             self._lock.filter_calls(self._filter)
         sock.sendall(frame({"is": "locked"}))
         try:
-            session = Session(library["ffi"], library["path"], shared, library["sanitized"])
+            session = WorkerSession(library["ffi"], library["path"], shared, library["sanitized"])
         except (OSError, library["ffi"].error) as error:
             sock.sendall(frame({"is": "unloadable"}, str(error).encode()))
             return

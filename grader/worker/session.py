@@ -75,7 +75,7 @@ class Table:
             self._libc.free(self.pointer("void *"))
 
 
-class Session:
+class WorkerSession:
     """The child's side of a session: one loaded library."""
 
     def __init__(self, ffi: Any, path: str, shared: Shared, sanitized: bool) -> None:

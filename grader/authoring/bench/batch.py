@@ -27,7 +27,7 @@ from grader.authoring.bench import grading, snapshot
 from grader.authoring.bench.programs import BenchError
 from grader.authoring.bench.report import Goal, goal_row, table
 from grader.batch import command as command_line
-from grader.batch import csv_table as sheets
+from grader.batch import csv_table
 from grader.course.exercises import ROOT
 from grader.tests.batch import classroom
 from grader.tests.batch.classroom import Pupil
@@ -165,11 +165,11 @@ def _megabytes(process: int) -> float:
 
 def _wrong(pupils: Sequence[Pupil], path: Path) -> Iterator[str]:
     """Yield a line for each submission whose lines of grades.csv are not the expected ones."""
-    sheet = sheets.read(path)
+    sheet = csv_table.read(path)
     name, points = (sheet.header.index(each) for each in ("rendu", "points"))  # of 20
     found: dict[str, list[float | None]] = {}
     for row in sheet.rows:
-        found.setdefault(row[name], []).append(sheets.number(row[points]))
+        found.setdefault(row[name], []).append(csv_table.number(row[points]))
     for pupil in pupils:
         due = None if pupil.points is None else round(pupil.points / 5, 3)
         expected = [due] * max(1, len(pupil.members))

@@ -18,7 +18,7 @@ from typing import Any
 
 from grader.authoring.workbook.notebooks import NOTEBOOKS, Cell
 from grader.course.exercises import CORE, ROOT
-from grader.lab import __main__ as lab
+from grader.lab import __main__
 
 CHROMIUM = "/usr/bin/chromium"
 ARGUMENTS = [
@@ -58,7 +58,7 @@ def chromium() -> Iterator[Any]:
 
 
 @dataclass
-class Session:
+class BrowserSession:
     """A page of JupyterLab, the student's folder, and what the browser complained of."""
 
     page: Any
@@ -169,7 +169,7 @@ def write(project: Path, cells: Sequence[str] | None = None) -> None:
 
 
 @contextlib.contextmanager
-def session(project: Path, home: Path, prefix: str = "/") -> Iterator[Session]:
+def session(project: Path, home: Path, prefix: str = "/") -> Iterator[BrowserSession]:
     """Start JupyterLab under a prefix of its address, and a browser on it.
 
     `home` is a folder for Jupyter's own files. Raises NoBrowser, NoJupyter.
@@ -182,7 +182,7 @@ def session(project: Path, home: Path, prefix: str = "/") -> Iterator[Session]:
     with chromium() as browser, _server(project, home, prefix) as address:
         page = browser.new_page(viewport=WIDE)
         page.set_default_timeout(SECONDS * 1000)
-        made = Session(page, project, cells, _listen(page))
+        made = BrowserSession(page, project, cells, _listen(page))
         page.goto(address)
         page.wait_for_selector(CELL)
         page.wait_for_selector(".jp-Notebook-ExecutionIndicator[data-status='idle']")
@@ -192,12 +192,12 @@ def session(project: Path, home: Path, prefix: str = "/") -> Iterator[Session]:
 @contextlib.contextmanager
 def _server(project: Path, home: Path, prefix: str) -> Iterator[str]:
     """Start JupyterLab; yield the address of its workspace."""
-    workspace = lab.write_workspace(home, NOTEBOOK, SOURCE)
-    lab.write_settings(home)
+    workspace = __main__.write_workspace(home, NOTEBOOK, SOURCE)
+    __main__.write_settings(home)
     port = _free_port()
-    command = [*lab.command(project, workspace, True), f"--ServerApp.port={port}"]
+    command = [*__main__.command(project, workspace, True), f"--ServerApp.port={port}"]
     command += ["--IdentityProvider.token=lab", f"--ServerApp.base_url={prefix}"]
-    variables = {**lab.environment(home), "BUILD": str(home / "build")}
+    variables = {**__main__.environment(home), "BUILD": str(home / "build")}
     variables.pop("MRT_CORE", None)
     address = f"http://127.0.0.1:{port}{prefix}"
     with (home / "log").open("w") as log:

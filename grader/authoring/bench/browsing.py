@@ -9,12 +9,12 @@ from pathlib import Path
 
 from playwright.sync_api import Error
 
-from grader.authoring.bench.browser import NoJupyter, Session, session, write
+from grader.authoring.bench.browser import BrowserSession, NoJupyter, session, write
 from grader.authoring.bench.programs import BenchError
 
 
 @contextlib.contextmanager
-def notebook(place: Path, cells: Sequence[str]) -> Iterator[Session]:
+def notebook(place: Path, cells: Sequence[str]) -> Iterator[BrowserSession]:
     """Open a notebook of these cells in a folder made anew, and run them.
 
     Raises NoBrowser where none can be driven, BenchError where JupyterLab or a page stays silent.

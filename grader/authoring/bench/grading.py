@@ -15,9 +15,9 @@ from pathlib import Path
 
 from grader.authoring.bench.programs import BenchError
 from grader.build import toolchain
-from grader.course import exercises as manifest
+from grader.build.records import Target
+from grader.course import exercises
 from grader.course.sizes import PICTURE, UNIT
-from grader.records import Target
 from grader.sandbox import orphans
 
 ROUNDS = 5
@@ -25,14 +25,14 @@ SECONDS = 120  # a grade that takes longer is stuck
 POLL_SECONDS = 0.02
 # What is asked of `make grade`, and the files that are edited before: all, or one.
 RUNS: Mapping[str, tuple[Mapping[str, str], Sequence[str]]] = {
-    "whole": ({}, manifest.load().student),
-    "units": ({"K": "not test_scene"}, manifest.load().student),
+    "whole": ({}, exercises.load().student),
+    "units": ({"K": "not test_scene"}, exercises.load().student),
     "one": ({"TP": "2", "K": "sphere"}, ["raytracer.c"]),
 }
 
 
 @dataclass(frozen=True)
-class Grade:
+class TimedGrade:
     """Seconds of wall time and of CPU, those of all processes; medians."""
 
     wall: float
@@ -48,7 +48,7 @@ class Grading:
     memory of all processes together, at most.
     """
 
-    grades: Mapping[str, Grade]  # by RUNS
+    grades: Mapping[str, TimedGrade]  # by RUNS
     limit: float
     canary: float
     peak_mb: float
@@ -60,8 +60,8 @@ def measure(folder: Path) -> Grading:
     submission = folder / "submission"
     shutil.rmtree(submission, ignore_errors=True)
     submission.mkdir(parents=True)
-    for name in manifest.load().student:
-        shutil.copy(manifest.ROOT / "reference" / name, submission)
+    for name in exercises.load().student:
+        shutil.copy(exercises.ROOT / "reference" / name, submission)
     orphans.adopt()  # so that their CPU is counted
     # Warms the caches, too; to look at every process takes time of its own.
     peak = max(_watched(_command(submission, build, {})))
@@ -80,7 +80,7 @@ def limit(submission: Path, cache: Path) -> float:
 
 def _rounds(
     submission: Path, build: Path, settings: Mapping[str, str], edited: Sequence[str]
-) -> Iterator[Grade]:
+) -> Iterator[TimedGrade]:
     for _ in range(ROUNDS):
         for name in edited:
             # A comment that was never there: nothing of the file is in a cache.
@@ -90,12 +90,12 @@ def _rounds(
         _check(_command(submission, build, settings))
         wall = time.monotonic() - start
         orphans.sweep()
-        yield Grade(wall, _cpu() - before)
+        yield TimedGrade(wall, _cpu() - before)
 
 
-def _median(grades: Iterator[Grade]) -> Grade:
+def _median(grades: Iterator[TimedGrade]) -> TimedGrade:
     found = list(grades)
-    return Grade(
+    return TimedGrade(
         statistics.median(each.wall for each in found),
         statistics.median(each.cpu for each in found),
     )
@@ -109,7 +109,7 @@ def _command(submission: Path, build: Path, settings: Mapping[str, str]) -> list
 def _watched(command: Sequence[str]) -> Iterator[float]:
     """Run a command; yield the memory of its processes, in MB, again and again."""
     start = time.monotonic()
-    with subprocess.Popen(command, cwd=manifest.ROOT, stdout=subprocess.DEVNULL) as grade:
+    with subprocess.Popen(command, cwd=exercises.ROOT, stdout=subprocess.DEVNULL) as grade:
         while grade.poll() is None:
             yield _megabytes(grade.pid)
             if time.monotonic() - start > SECONDS:
@@ -134,7 +134,7 @@ def _compiling(submission: Path) -> float:
         for target in (Target(*UNIT, sanitized), Target(*PICTURE)):
             flags = toolchain.compile_flags(compiler, target)
             for source in sorted(submission.glob("*.c")):
-                command = [*compiler.command, *flags, "-iquote", str(manifest.CORE)]
+                command = [*compiler.command, *flags, "-iquote", str(exercises.CORE)]
                 _check([*command, "-c", str(source), "-o", os.devnull])
 
     return _median_of(_cpu, compile_all)
@@ -166,7 +166,7 @@ def _median_of(clock: Callable[[], float], act: Callable[[], object]) -> float:
 def _check(command: Sequence[str]) -> str:
     """Run a command; return what it prints. Raises BenchError when it fails."""
     done = subprocess.run(
-        command, cwd=manifest.ROOT, capture_output=True, text=True, timeout=SECONDS, check=False
+        command, cwd=exercises.ROOT, capture_output=True, text=True, timeout=SECONDS, check=False
     )
     if done.returncode != 0:
         raise BenchError(f"{command[0]} ended with status {done.returncode}: {done.stderr[:300]}")

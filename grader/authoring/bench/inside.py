@@ -14,11 +14,11 @@ import sys
 from pathlib import Path
 
 from grader.authoring.bench.programs import BenchError
-from grader.course import exercises as manifest
+from grader.course import exercises
 from grader.course.sizes import sizes_for
 from grader.evaluation.plugin import run_checks
-from grader.execution.libraries import Workshop
-from grader.execution.session_socket import Channel
+from grader.execution.libraries import Libraries
+from grader.execution.session_socket import SessionSocket
 from grader.intake.submission import read_submission
 from grader.sandbox.staging import stage
 from grader.worker.frames import ROOM_OFFSET
@@ -40,15 +40,15 @@ def main() -> int:
     submission, cache = map(Path, sys.argv[1:])
     _start_stopwatches()
     seconds: list[float] = []
-    close = Channel.close
+    close = SessionSocket.close
 
-    def read_and_close(self: Channel) -> None:
+    def read_and_close(self: SessionSocket) -> None:
         seconds.extend(struct.unpack("=d", os.pread(self._files[2].fileno(), 8, PLACE)))
         close(self)
 
-    Channel.close = read_and_close  # type: ignore[method-assign]
-    with Workshop(read_submission(submission), sizes_for(None), cache) as workshop:
-        run_checks(workshop, manifest.load(), None)
+    SessionSocket.close = read_and_close  # type: ignore[method-assign]
+    with Libraries(read_submission(submission), sizes_for(None), cache) as libraries:
+        run_checks(libraries, exercises.load(), None)
     print(sum(seconds))
     return 0
 

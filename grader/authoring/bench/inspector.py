@@ -11,12 +11,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from grader.authoring.bench.browser import NoBrowser, Session
+from grader.authoring.bench.browser import BrowserSession, NoBrowser
 from grader.authoring.bench.browsing import notebook
 from grader.authoring.specimens.patches import REFERENCE
 from grader.lab.display.store import write_json
 from grader.lab.inspector import widget
-from grader.lab.inspector.looking import Looking
+from grader.lab.inspector.looking import InspectedScene
 
 ROUNDS = 15
 SIZE = (320, 180)
@@ -80,12 +80,12 @@ def _pixel(k: int) -> tuple[int, int]:
 
 
 def _in_kernel(scene: int) -> list[float]:
-    looking = Looking(REFERENCE, scene, SIZE, {})
+    inspected = InspectedScene(REFERENCE, scene, SIZE, {})
     try:
-        made = widget.make(looking, looking.look(0, 0))
+        made = widget.make(inspected, inspected.look(0, 0))
         return [_wait(made, k) for k in range(1, ROUNDS + 1)]
     finally:
-        looking.close()
+        inspected.close()
 
 
 def _wait(made: Any, k: int) -> float:
@@ -94,7 +94,7 @@ def _wait(made: Any, k: int) -> float:
     return time.perf_counter() - start
 
 
-def _in_browser(opened: Session) -> list[float]:
+def _in_browser(opened: BrowserSession) -> list[float]:
     opened.output(0).locator(".mrt-told[data-pixel='1,1']").wait_for()
     opened.output(0).scroll_into_view_if_needed()
     opened.page.evaluate(CLICK, [0, 0])  # not counted

@@ -18,14 +18,14 @@ GOAL_MS = 5.0
 
 
 @dataclass(frozen=True)
-class Judged:
+class JudgedPicture:
     """A picture, and the milliseconds of CPU that its judgement took, the median."""
 
     name: str
     milliseconds: float
 
 
-def measure() -> list[Judged]:
+def measure() -> list[JudgedPicture]:
     """Judge the reference's own pictures."""
     found = []
     for picture in JUDGED:
@@ -36,11 +36,11 @@ def measure() -> list[Judged]:
             start = time.process_time()
             judge(FOLDER, picture, drawn)
             costs.append(1000 * (time.process_time() - start))
-        found.append(Judged(picture.name, statistics.median(costs)))
+        found.append(JudgedPicture(picture.name, statistics.median(costs)))
     return found
 
 
-def text(judged: Iterable[Judged]) -> str:
+def text(judged: Iterable[JudgedPicture]) -> str:
     """Return a line: the mean and the worst, and whether each is within the goal."""
     costs = {each.name: each.milliseconds for each in judged}
     worst = max(costs, key=lambda name: costs[name])

@@ -127,7 +127,7 @@ def parse_numbers(text: str) -> dict[str, list[float]]:
     return numbers
 
 
-def list_scene(driver: Path, name: str) -> scenes.Scene:
+def list_scene(driver: Path, name: str) -> scenes.BenchScene:
     """Return a scene as the driver builds it."""
     return scenes.parse(run([driver, name, "--list"], driver.parent).text.splitlines())
 

@@ -21,7 +21,7 @@ _VIEW = ("eye", "center", "xdir", "ydir")
 
 
 @dataclass(frozen=True)
-class Material:
+class BenchMaterial:
     """Diffuse colour; mirror and specular share, the same for each colour; Blinn's exponent."""
 
     kd: Vector
@@ -30,20 +30,20 @@ class Material:
 
 
 @dataclass(frozen=True)
-class Scene:
+class BenchScene:
     """What the driver's --list says; lengths in scene units."""
 
     view: dict[str, Vector]  # eye, center (from the eye to the middle of the picture), xdir, ydir
     lights: list[Vector]  # x, y, z, level
-    spheres: list[tuple[Vector, Material]]  # x, y, z, radius
-    planes: list[tuple[Vector, Material]]  # unit normal, then its distance d: p.normal + d = 0
+    spheres: list[tuple[Vector, BenchMaterial]]  # x, y, z, radius
+    planes: list[tuple[Vector, BenchMaterial]]  # unit normal, then its distance d: p.normal + d = 0
 
 
-def parse(lines: Iterable[str]) -> Scene:
+def parse(lines: Iterable[str]) -> BenchScene:
     """Read the driver's list. Raises ValueError, which names the line, when it is none."""
-    scene = Scene({}, [], [], [])
+    scene = BenchScene({}, [], [], [])
     shapes = {"sphere": scene.spheres, "plane": scene.planes}
-    materials: dict[Vector, Material] = {}
+    materials: dict[Vector, BenchMaterial] = {}
     for line in lines:
         word, *rest = line.split()
         numbers = tuple(map(float, rest))
@@ -53,7 +53,7 @@ def parse(lines: Iterable[str]) -> Scene:
             scene.lights.append(numbers)
         elif word in shapes and len(numbers) == 9:
             key = numbers[4:]
-            material = materials.setdefault(key, Material(key[:3], *key[3:]))
+            material = materials.setdefault(key, BenchMaterial(key[:3], *key[3:]))
             shapes[word].append((numbers[:4], material))
         else:
             raise ValueError(f"not a line of a scene: {line.strip()!r}")
@@ -62,7 +62,7 @@ def parse(lines: Iterable[str]) -> Scene:
     return scene
 
 
-def _named(scene: Scene) -> dict[Material, str]:
+def _named(scene: BenchScene) -> dict[BenchMaterial, str]:
     found = dict.fromkeys(material for _, material in (*scene.spheres, *scene.planes))
     return {material: f"Mat{number}" for number, material in enumerate(found)}
 
@@ -71,7 +71,7 @@ def _triple(v: Iterable[float]) -> str:
     return "<" + ", ".join(f"{x:.9g}" for x in v) + ">"
 
 
-def write_povray(scene: Scene, out: TextIO, aspect: float) -> None:
+def write_povray(scene: BenchScene, out: TextIO, aspect: float) -> None:
     """Write POV-Ray's scene for a picture `aspect` times as wide as high."""
     names = _named(scene)
     out.writelines(line + "\n" for line in _povray_head(scene, aspect))
@@ -89,7 +89,7 @@ def _scaled(v: Iterable[float]) -> list[str]:
     return [f"{x * POVRAY_SCALE:.9g}" for x in v]
 
 
-def _povray_head(scene: Scene, aspect: float) -> Iterator[str]:
+def _povray_head(scene: BenchScene, aspect: float) -> Iterator[str]:
     yield "#version 3.7;"
     # Its levels count from 1; without a bail-out every mirror is followed, however faint.
     yield f"global_settings {{ assumed_gamma 1 max_trace_level {DEPTH + 1} adc_bailout 0 }}"
@@ -104,7 +104,7 @@ def _povray_head(scene: Scene, aspect: float) -> Iterator[str]:
         yield f"light_source {{ <{', '.join(_scaled(position))}>, rgb {level:.9g} }}"
 
 
-def _povray_texture(material: Material) -> str:
+def _povray_texture(material: BenchMaterial) -> str:
     ks = material.ks
     mirror = f"reflection {{ rgb {ks:.9g}, rgb 1 falloff 5 }}" if ks > 0 else ""  # Schlick's
     return (
@@ -114,7 +114,7 @@ def _povray_texture(material: Material) -> str:
     )
 
 
-def write_tachyon(scene: Scene, out: TextIO, aspect: float) -> None:
+def write_tachyon(scene: BenchScene, out: TextIO, aspect: float) -> None:
     """Write Tachyon's scene for a picture `aspect` times as wide as high."""
     names = _named(scene)
     out.writelines(line + "\n" for line in _tachyon_head(scene, aspect))
@@ -132,7 +132,7 @@ def _words(v: Iterable[float]) -> str:
     return " ".join(f"{x:.9g}" for x in v)
 
 
-def _tachyon_head(scene: Scene, aspect: float) -> Iterator[str]:
+def _tachyon_head(scene: BenchScene, aspect: float) -> Iterator[str]:
     view = scene.view
     # Half the picture's height is 1/2 at the distance ZOOM.
     zoom = aspect / 2 * math.sqrt(sum(x * x for x in view["center"]))
@@ -146,7 +146,7 @@ def _tachyon_head(scene: Scene, aspect: float) -> Iterator[str]:
         yield f"LIGHT CENTER {_words(position)} RAD 0.001 COLOR {_words([level] * 3)}"
 
 
-def _tachyon_texture(material: Material) -> str:
+def _tachyon_texture(material: BenchMaterial) -> str:
     return (
         f"AMBIENT 0 DIFFUSE 1 SPECULAR {material.ks:.9g} OPACITY 1 "
         f"PHONG PLASTIC {material.ks:.9g} PHONG_SIZE {material.shininess:.9g} "

@@ -10,7 +10,7 @@ import statistics
 from collections.abc import Sequence
 from pathlib import Path
 
-from grader.authoring.bench.browser import NoBrowser, Session
+from grader.authoring.bench.browser import BrowserSession, NoBrowser
 from grader.authoring.bench.browsing import notebook
 from grader.lab.display.store import write_json
 
@@ -52,7 +52,7 @@ def measure(folder: Path) -> dict[str, float] | str:
     return found
 
 
-def _medians(opened: Session) -> dict[str, float]:
+def _medians(opened: BrowserSession) -> dict[str, float]:
     rounds = [
         [float(opened.page.evaluate(STEP, cell)) for cell in (EMPTY, FRAME)]
         for _ in range(ROUNDS + 1)

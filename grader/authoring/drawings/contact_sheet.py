@@ -20,7 +20,7 @@ COLUMNS, THUMB, GAP, LINE = 4, 480, 16, 22
 
 
 @dataclass(frozen=True)
-class Drawn:
+class SheetPicture:
     """A picture and its captions; pixels of shape (height, width, 3), the top row first."""
 
     french: str
@@ -54,7 +54,7 @@ def save(picture: Image.Image, path: Path) -> None:
         temporary.unlink(missing_ok=True)
 
 
-def contact_sheet(drawn: Sequence[Drawn]) -> Image.Image:
+def contact_sheet(drawn: Sequence[SheetPicture]) -> Image.Image:
     """Return all the pictures side by side, each above its caption in French, then in English."""
     height, width, _ = drawn[0].pixels.shape
     thumb = THUMB, round(THUMB * height / width)

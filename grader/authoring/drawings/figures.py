@@ -20,16 +20,16 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
-from grader.authoring.drawings.contact_sheet import Drawn, contact_sheet, save, to_pixels
+from grader.authoring.drawings.contact_sheet import SheetPicture, contact_sheet, save, to_pixels
 from grader.authoring.drawings.texture import TEXTURE
 from grader.course.exercises import ROOT
+from grader.course.message import UserError
 from grader.course.texts import Texts, preferred
-from grader.execution.session import Core, Died, Limits, MachineError, Session, open_core
-from grader.records import Told
+from grader.execution.session import Died, Library, Limits, MachineError, Session, open_core
 
 Array = npt.NDArray[Any]
 Floats = npt.NDArray[np.float32]
-Paint = Callable[[Core, Session], Floats]
+Paint = Callable[[Library, Session], Floats]
 
 WIDTH = 1280  # as the handout's; the height is 9/16 of it
 LIMITS = Limits(cpu=600, memory=1 << 30)
@@ -51,12 +51,12 @@ class Figure:
 # ---- Figure 1: the functions of TP1 -----------------------------------------------------------
 
 
-def size(core: Core) -> tuple[int, int]:
+def size(core: Library) -> tuple[int, int]:
     """Return the width and the height of the pictures of this build."""
     return int(core.constants["WIDTH"]), int(core.constants["HEIGHT"])
 
 
-def apply(core: Core, s: Session, calls: Sequence[tuple[Any, ...]]) -> Floats:
+def apply(core: Library, s: Session, calls: Sequence[tuple[Any, ...]]) -> Floats:
     """Return a black image after calls of TP1's functions: each a name, then what follows img."""
     width, height = size(core)
     image: Floats = core.zeros("color", width * height)
@@ -65,12 +65,12 @@ def apply(core: Core, s: Session, calls: Sequence[tuple[Any, ...]]) -> Floats:
     return image
 
 
-def red(core: Core, s: Session) -> Floats:
+def red(core: Library, s: Session) -> Floats:
     """./mrt 0."""
     return apply(core, s, [("fill_red",)])
 
 
-def rectangle(core: Core, s: Session) -> Floats:
+def rectangle(core: Library, s: Session) -> Floats:
     """./mrt 1."""
     width, height = size(core)
     corners = (width / 4, height / 5, 0), (width / 3, height / 4, 0)
@@ -80,12 +80,12 @@ def rectangle(core: Core, s: Session) -> Floats:
 GRADIENT = ("horizontal_gradient", (0, 0, 1), (1, 1, 1))
 
 
-def gradient(core: Core, s: Session) -> Floats:
+def gradient(core: Library, s: Session) -> Floats:
     """./mrt 2."""
     return apply(core, s, [GRADIENT])
 
 
-def landscape(core: Core, s: Session) -> Floats:
+def landscape(core: Library, s: Session) -> Floats:
     """./mrt 3."""
     width, height = size(core)
     sun = ("fill_circle", width / 20, (4 * width / 5, 4 * height / 5, 0), (1, 1, 0))
@@ -96,7 +96,7 @@ def landscape(core: Core, s: Session) -> Floats:
 # ---- Figure 3: the camera's rays ---------------------------------------------------------------
 
 
-def directions(core: Core, s: Session) -> Floats:
+def directions(core: Library, s: Session) -> Floats:
     """Colour each pixel by where its ray crosses the image plane, -1 to 1 becoming 0 to 1."""
     width, height = size(core)
     s.call("setup_scene", 0)
@@ -118,7 +118,7 @@ def directions(core: Core, s: Session) -> Floats:
 # ---- The rest: scenes, drawn by the ray tracer --------------------------------------------------
 
 
-def lend_texture(core: Core, s: Session) -> None:
+def lend_texture(core: Library, s: Session) -> None:
     """Give the program the texture that ./mrt reads beside it."""
     with Image.open(TEXTURE) as file:
         texels = np.asarray(file.convert("RGB"), dtype=np.float32) / 255
@@ -128,7 +128,7 @@ def lend_texture(core: Core, s: Session) -> None:
     s.set("scene_texture", texture)
 
 
-def scene(core: Core, s: Session, number: int, settings: Mapping[str, float]) -> Floats:
+def scene(core: Library, s: Session, number: int, settings: Mapping[str, float]) -> Floats:
     """Return the picture of a scene, with these options changed."""
     options = s.get("options")
     for name, value in settings.items():
@@ -238,11 +238,11 @@ FIGURES = (
 # ---- The command ---------------------------------------------------------------------------------
 
 
-def draw(core: Core, figure: Figure) -> Drawn:
+def draw(core: Library, figure: Figure) -> SheetPicture:
     """Draw one figure in a process of its own. Raises Died."""
     with core.session(LIMITS) as s:
         pixels = to_pixels(figure.paint(core, s), *size(core))
-    return Drawn(figure.french, figure.english, pixels)
+    return SheetPicture(figure.french, figure.english, pixels)
 
 
 def draw_all(build: Path, width: int) -> None:
@@ -273,7 +273,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         parser.error("--width must be at least 32")
     try:
         draw_all(arguments.build, arguments.width)
-    except Told as error:
+    except UserError as error:
         print(Texts(preferred()).say(error.key, **error.values), file=sys.stderr)
     except OSError as error:
         where, why = error.filename or arguments.build, error.strerror or error

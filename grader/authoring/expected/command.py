@@ -24,8 +24,8 @@ from pathlib import Path
 
 import numpy as np
 
-from grader.authoring.expected import mistake_bank as bank
-from grader.authoring.expected.pictures import drift as pictures
+from grader.authoring.expected import mistake_bank
+from grader.authoring.expected.pictures import drift
 from grader.authoring.expected.vectors import tp2, tp3, tp4, tp5
 from grader.authoring.expected.vectors.maker import Maker, Question, Suite
 from grader.build import toolchain
@@ -42,7 +42,7 @@ from grader.checking.expected_data import (
 )
 from grader.course.exercises import ROOT
 from grader.evaluation.recognition import BANK
-from grader.execution.session import Core, Limits, open_core
+from grader.execution.session import Library, Limits, open_core
 
 SEED = 2015
 REFERENCE = ROOT / "reference"
@@ -62,14 +62,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     with _reference() as core:
         try:
             if options.check:
-                drifted = _check(core, options.out, options.seed) or bank.check(options.out)
-                return drifted or pictures.check(options.out)
+                drifted = _check(core, options.out, options.seed) or mistake_bank.check(options.out)
+                return drifted or drift.check(options.out)
             # First what takes longest: a failure leaves the functions' data and its bank alone.
             options.out.mkdir(parents=True, exist_ok=True)
-            pictures.store(options.out)
+            drift.store(options.out)
             _make(core, options.out, SEED if options.seed is None else options.seed)
             if not options.without_bank:
-                bank.store(options.out)
+                mistake_bank.store(options.out)
         except ExpectedError as error:
             print(error, file=sys.stderr)
             return 1
@@ -80,12 +80,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 @contextlib.contextmanager
-def _reference() -> Iterator[Core]:
+def _reference() -> Iterator[Library]:
     with open_core(REFERENCE, *SIZE) as core:
         yield core
 
 
-def suites(core: Core, seed: int) -> list[Suite]:
+def suites(core: Library, seed: int) -> list[Suite]:
     """Return every suite of a seed, with the answers of the reference in it."""
     with core.session(Limits(cpu=60)) as session:
         maker = Maker(core, session, seed)
@@ -106,7 +106,7 @@ def _answered(maker: Maker, suite: Suite) -> Suite:
     return replace(suite, questions=tuple(questions))
 
 
-def _make(core: Core, folder: Path, seed: int) -> None:
+def _make(core: Library, folder: Path, seed: int) -> None:
     """Write a folder of expected data: whole, or not at all."""
     made = suites(core, seed)
     with tempfile.TemporaryDirectory(dir=folder.parent) as part:
@@ -145,7 +145,7 @@ def _batches(suite: Suite) -> list[Batch]:
     return [replace(each.batch, tolerance=suite.tolerance) for each in suite.questions]
 
 
-def _check(core: Core, folder: Path, seed: int | None) -> int:
+def _check(core: Library, folder: Path, seed: int | None) -> int:
     """Compare a folder with what its seed gives now; say what has drifted."""
     stored = read_manifest(folder)
     made = suites(core, int(stored["seed"]) if seed is None else seed)

@@ -19,10 +19,10 @@ from grader.authoring.specimens import mistakes
 from grader.authoring.specimens.grading import exercise_findings
 from grader.authoring.specimens.mistakes import Mistake
 from grader.checking.expected_data import FOLDER, read_manifest
-from grader.course import exercises as manifest
+from grader.course import exercises
 from grader.course.exercises import ROOT
-from grader.evaluation import recognition as diagnosis
-from grader.evaluation.recognition import BANK, Known, is_picture
+from grader.evaluation import recognition
+from grader.evaluation.recognition import BANK, KnownMistake, is_picture
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -40,7 +40,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def store(folder: Path, cache: Path = ROOT / "build" / "cache") -> None:
     """Put the bank into a folder of expected data. Raises ExpectedError, OSError."""
     known = {each.id: answers(each, folder, cache) for each in mistakes.load()}
-    content = diagnosis.encode(known)
+    content = recognition.encode(known)
     (folder / BANK).write_bytes(content)
     stored = read_manifest(folder)
     stored["bank"] = {
@@ -65,17 +65,17 @@ def check(folder: Path) -> int:
     return 1
 
 
-def answers(mistake: Mistake, folder: Path, cache: Path) -> Known:
+def answers(mistake: Mistake, folder: Path, cache: Path) -> KnownMistake:
     """Return what the checks of its exercise find wrong in a mistake."""
     findings = exercise_findings(mistake.submission(), mistake.exercise, cache, folder)
-    return Known(mistake.exercise, diagnosis.signature(findings))
+    return KnownMistake(mistake.exercise, recognition.signature(findings))
 
 
 def fingerprint(folder: Path) -> str:
     """Return what stands for the mistakes, and for the suites that they are put to."""
     suites = read_manifest(folder)["files"]
     changed = [(each.id, each.exercise, sorted(each.files().items())) for each in mistakes.load()]
-    checks = [name for name in manifest.load().checks() if not is_picture(name)]
+    checks = [name for name in exercises.load().checks() if not is_picture(name)]
     parts = (sorted((name, rules["sha256"]) for name, rules in suites.items()), changed, checks)
     return hashlib.sha256(repr(parts).encode()).hexdigest()
 

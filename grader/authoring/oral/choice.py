@@ -12,7 +12,8 @@ from grader.authoring.oral.trials import ENOUGH, Laboratory, is_begun
 from grader.authoring.specimens import mistakes
 from grader.course import exercises as manifest
 from grader.course.exercises import Exercise
-from grader.records import CheckResult, Outcome, Submission
+from grader.evaluation.records import CheckResult, Outcome
+from grader.intake.records import Submission
 
 MOST_TRIALS = 16  # changes that are put in, at most, for one set of questions
 MOST_UNSEEN = 1  # questions whose change is seen in no picture, while there are others
@@ -50,7 +51,7 @@ def seed(submission: Submission) -> int:
 
 def _begun(laboratory: Laboratory, results: Results) -> list[Exercise]:
     """Return the exercises that are written, compile, and come back from their calls."""
-    rejected = laboratory.workshop.rejected
+    rejected = laboratory.libraries.rejected
     return [
         each
         for each in manifest.load().exercises
@@ -154,6 +155,6 @@ def _on_values(
     for each in exercises:
         if len(found) >= count:
             break
-        traced = tracing.traced(each.id, laboratory.submission, laboratory.workshop, rng)
+        traced = tracing.traced(each.id, laboratory.submission, laboratory.libraries, rng)
         found += [traced] if traced else []
     return found

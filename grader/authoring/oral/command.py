@@ -17,15 +17,17 @@ from grader.authoring.oral.choice import choose
 from grader.authoring.oral.records import Swapped
 from grader.authoring.oral.trials import Laboratory
 from grader.authoring.specimens.patches import REFERENCE, PatchError
+from grader.build.records import BindError, BuildStatus
 from grader.checking.expected_data import ExpectedError
 from grader.console import parser as usage
 from grader.console.parser import Parser
-from grader.course import exercises as manifest
+from grader.course import exercises
 from grader.course.exercises import ROOT, ManifestError
+from grader.course.message import UserError
 from grader.course.texts import LANGUAGES, Texts
+from grader.evaluation.records import PytestError
 from grader.execution.worker_process import MachineError
 from grader.intake.submission import SubmissionError, read_submission
-from grader.records import BindError, BuildStatus, PytestError, Told
 from grader.report.results import write_text
 from grader.sandbox.levels import current
 
@@ -33,7 +35,7 @@ DONE, WRONG_USE, FAILED, INTERRUPTED = 0, 2, 3, 130
 COUNT, MOST = 5, 20
 
 
-class OralError(Told):
+class OralError(UserError):
     """There is nothing to ask, or no place to write it: a sentence of [oral] in messages/."""
 
 
@@ -45,7 +47,7 @@ def main(arguments: Sequence[str]) -> int:
         print(_write(options, texts))
     except (SubmissionError, OralError) as error:
         return _complain(texts.say(error.key, **error.values), WRONG_USE)
-    except Told as error:
+    except UserError as error:
         return _complain(texts.say(error.key, **error.values), FAILED)
     except (ManifestError, PatchError) as error:
         return _complain(str(error), FAILED)
@@ -58,7 +60,7 @@ def main(arguments: Sequence[str]) -> int:
 
 def _write(options: argparse.Namespace, texts: Texts) -> str:
     """Write the page; return the line that says so. Raises OralError."""
-    missing = [each for each in manifest.load().student if not (REFERENCE / each).is_file()]
+    missing = [each for each in exercises.load().student if not (REFERENCE / each).is_file()]
     if missing:
         raise OralError("oral.no_reference", path=f"reference/{missing[0]}")
     submission = read_submission(options.path)
@@ -79,13 +81,13 @@ def _write(options: argparse.Namespace, texts: Texts) -> str:
 
 def _expect_built(laboratory: Laboratory) -> None:
     """Raise OralError when no file of the submission compiles."""
-    workshop, submission = laboratory.workshop, laboratory.submission
-    rejected = workshop.rejected
+    libraries, submission = laboratory.libraries, laboratory.submission
+    rejected = libraries.rejected
     sources = {name for name in submission.files if name.endswith(".c")}
-    linked = all(each.status is BuildStatus.BUILT for each in workshop.builds)
+    linked = all(each.status is BuildStatus.BUILT for each in libraries.builds)
     if not linked or sources <= set(rejected):
         errors = [str(each.values.get("error", "")) for each in rejected.values()]
-        errors += [each.log.strip().partition("\n")[0] for each in workshop.builds]
+        errors += [each.log.strip().partition("\n")[0] for each in libraries.builds]
         why = next(filter(None, errors), ", ".join(sorted(sources)))
         raise OralError("oral.not_built", name=submission.name, why=why)
 
@@ -103,7 +105,7 @@ def _parser(texts: Texts) -> Parser:
         parser.add_argument(*names, help=texts.say(key), **settings)
 
     add("path", key="oral.path", type=Path, metavar="PATH")
-    add("--tp", key="oral.tp", type=int, choices=sorted(manifest.load().tps), metavar="N")
+    add("--tp", key="oral.tp", type=int, choices=sorted(exercises.load().tps), metavar="N")
     add("--questions", key="oral.count", type=_count, default=COUNT, metavar="N")
     add("--lang", key="usage.language", choices=LANGUAGES)
     add("--build", key="oral.build", type=Path, default=ROOT / "build", metavar="DIR")

@@ -7,11 +7,11 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from grader.authoring.oral import rules
 from grader.authoring.oral.records import Change, Place
-from grader.authoring.oral.rules import Mark, Rule
-from grader.authoring.oral.tokens import Function, Token, functions
+from grader.authoring.oral.rules import Rule, RuleMark
+from grader.authoring.oral.tokens import FunctionTokens, Token, functions
 from grader.authoring.specimens.mistakes import Mistake
-from grader.course import exercises as manifest
-from grader.records import Submission
+from grader.course import exercises
+from grader.intake.records import Submission
 
 Binding = Mapping[str, tuple[Token, ...]]
 _TIGHT_AFTER = ("(", "[", ".", "->", "!")
@@ -28,7 +28,7 @@ def changes(submission: Submission, mistake: Mistake) -> list[Change]:
     """Return the changes by which a mistake can be put into a submission, the surest first."""
     texts = {name: _text(content) for name, content in submission.files.items()}
     parsed = {name: functions(text) for name, text in texts.items() if name.endswith(".c")}
-    names = manifest.load().exercise(mistake.exercise).functions
+    names = exercises.load().exercise(mistake.exercise).functions
     found: dict[str, Change] = {}
     places = [(file, function) for file, own in parsed.items() for function in _reached(names, own)]
     for rule in rules.of(mistake):
@@ -42,9 +42,9 @@ def _text(content: bytes) -> str:
     return content.decode("utf-8", errors="surrogateescape")
 
 
-def _reached(names: Sequence[str], own: Mapping[str, Function]) -> Iterator[Function]:
+def _reached(names: Sequence[str], own: Mapping[str, FunctionTokens]) -> Iterator[FunctionTokens]:
     """Yield the functions of these names in a file, then the helpers that they call there."""
-    graded = {name for each in manifest.load().exercises for name in each.functions}
+    graded = {name for each in exercises.load().exercises for name in each.functions}
     waiting, seen = [name for name in names if name in own], set(names)
     while waiting:
         function = own[waiting.pop(0)]
@@ -56,7 +56,7 @@ def _reached(names: Sequence[str], own: Mapping[str, Function]) -> Iterator[Func
         waiting += sorted(called)
 
 
-def _in_function(rule: Rule, file: str, text: str, function: Function) -> Iterator[Change]:
+def _in_function(rule: Rule, file: str, text: str, function: FunctionTokens) -> Iterator[Change]:
     """Yield the changes that a rule makes in a function; none when it fits at several places."""
     fixed = _parameters(rule, function)
     fits = []
@@ -70,9 +70,9 @@ def _in_function(rule: Rule, file: str, text: str, function: Function) -> Iterat
             yield change
 
 
-def _parameters(rule: Rule, function: Function) -> Binding:
+def _parameters(rule: Rule, function: FunctionTokens) -> Binding:
     """Return what stands for the reference's parameters in the student's own definition."""
-    names = manifest.load().exercise(rule.mistake.exercise).functions
+    names = exercises.load().exercise(rule.mistake.exercise).functions
     if function.name not in names or len(rule.parameters) != len(function.parameters):
         return {}
     pairs = zip(rule.parameters, function.parameters, strict=True)
@@ -83,7 +83,7 @@ def _parameters(rule: Rule, function: Function) -> Binding:
 
 
 def _fits(
-    marks: Sequence[Mark], function: Function, at: int, bound: Binding
+    marks: Sequence[RuleMark], function: FunctionTokens, at: int, bound: Binding
 ) -> Iterator[tuple[list[tuple[int, int]], Binding]]:
     """Yield how a pattern fits a body from a place on: the span of each mark, and what is free."""
     if not marks:
@@ -97,7 +97,7 @@ def _fits(
                 yield [(at, end), *spans], after
 
 
-def _ends(mark: Mark, function: Function, at: int) -> Sequence[int]:
+def _ends(mark: RuleMark, function: FunctionTokens, at: int) -> Sequence[int]:
     """Return where the mark may end that begins at a place: the longest first."""
     row = function.body
     if at >= len(row):
@@ -109,7 +109,7 @@ def _ends(mark: Mark, function: Function, at: int) -> Sequence[int]:
     return _operand(function, at)[::-1]
 
 
-def _operand(function: Function, at: int) -> list[int]:
+def _operand(function: FunctionTokens, at: int) -> list[int]:
     """Return where the operand that begins at a place may end: after each of its parts."""
     row = function.body
     if row[at].kind in ("name", "number"):
@@ -131,7 +131,7 @@ def _operand(function: Function, at: int) -> list[int]:
     return [end for end in ends if end - at <= LONGEST]
 
 
-def _bind(mark: Mark, part: Sequence[Token], bound: Binding) -> Binding | None:
+def _bind(mark: RuleMark, part: Sequence[Token], bound: Binding) -> Binding | None:
     """Return the free names with one more; None when it stands for something else already."""
     if not mark.free:
         return bound
@@ -150,7 +150,7 @@ def _change(
     rule: Rule,
     file: str,
     text: str,
-    function: Function,
+    function: FunctionTokens,
     spans: Sequence[tuple[int, int]],
     bound: Binding,
 ) -> Change | None:

@@ -17,9 +17,9 @@ import numpy as np
 from grader.authoring.oral.records import Change, Question, Sight, Swapped, Traced
 from grader.checking.pictures import views
 from grader.checking.pictures.measure import Floats, worst_tile
-from grader.course import exercises as manifest
+from grader.course import exercises
 from grader.course.texts import Texts
-from grader.records import Submission
+from grader.intake.records import Submission
 from grader.report import page
 
 TEMPLATES = Path(__file__).parent / "templates"
@@ -68,7 +68,7 @@ def _asked(question: Question, submission: Submission, texts: Texts) -> dict[str
             "new": textwrap.dedent(change.new.expandtabs()),
             **_seen(question, texts),
         }
-    title = manifest.load().exercise(exercise).titles[texts.language]
+    title = exercises.load().exercise(exercise).titles[texts.language]
     return {
         **shown,
         "question": question,

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from grader.authoring.specimens.mistakes import Mistake
 from grader.checking.shapes import Image
-from grader.records import CheckResult
+from grader.evaluation.records import CheckResult
 
 
 @dataclass(frozen=True)

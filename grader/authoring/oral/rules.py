@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from grader.authoring.oral.tokens import CLOSING, Function, Token, closing, functions, tokens
+from grader.authoring.oral.tokens import CLOSING, FunctionTokens, Token, closing, functions, tokens
 from grader.authoring.specimens import mistakes, patches
 from grader.authoring.specimens.mistakes import Mistake
 from grader.course.exercises import ManifestError, read_toml
@@ -36,7 +36,7 @@ _SWAPPED = ("vector_add", "vector_dot", "vector_vec_mul", "fmax", "fmin")
 
 
 @dataclass(frozen=True)
-class Mark:
+class RuleMark:
     """A place of a pattern: a token, or a free one by its name; `changed` is what is replaced."""
 
     token: Token
@@ -52,8 +52,8 @@ class Rule:
     """
 
     mistake: Mistake
-    marks: tuple[Mark, ...]
-    new: tuple[Mark, ...]
+    marks: tuple[RuleMark, ...]
+    new: tuple[RuleMark, ...]
     parameters: tuple[str, ...] = ()
 
 
@@ -97,9 +97,9 @@ def _from_forms(mistake: Mistake) -> Iterator[Rule]:
         )
 
 
-def _mark(token: Token, changed: bool = False, free: frozenset[str] = frozenset()) -> Mark:
+def _mark(token: Token, changed: bool = False, free: frozenset[str] = frozenset()) -> RuleMark:
     name = token.text if token.text.startswith("$") or token.text in free else ""
-    return Mark(token, name, changed)
+    return RuleMark(token, name, changed)
 
 
 # ---- From the patch -----------------------------------------------------------------------------
@@ -116,11 +116,11 @@ def _from_patch(mistake: Mistake) -> Iterator[Rule]:
                 yield from _contexts(mistake, function, new[key])
 
 
-def _keys(function: Function) -> list[str]:
+def _keys(function: FunctionTokens) -> list[str]:
     return [each.key for each in function.body]
 
 
-def _contexts(mistake: Mistake, old: Function, new: Function) -> Iterator[Rule]:
+def _contexts(mistake: Mistake, old: FunctionTokens, new: FunctionTokens) -> Iterator[Rule]:
     begin, end = _difference(old.body, new.body)
     stop = len(old.body) - end
     free = frozenset((*old.parameters, *_locals(old.body)))
@@ -134,7 +134,7 @@ def _contexts(mistake: Mistake, old: Function, new: Function) -> Iterator[Rule]:
 
 def _free(
     row: Sequence[Token], first: int, last: int, begin: int, stop: int, free: frozenset[str]
-) -> Iterator[Mark]:
+) -> Iterator[RuleMark]:
     """Yield a part of a row as marks; a field is never free."""
     for k in range(first, last):
         is_field = k > 0 and row[k - 1].text in (".", "->")
@@ -215,12 +215,12 @@ def _between(row: Sequence[Token], begin: int, stop: int, fence: Sequence[str]) 
     return begin, stop
 
 
-def _is_telling(marks: Sequence[Mark]) -> bool:
+def _is_telling(marks: Sequence[RuleMark]) -> bool:
     words = [each for each in marks if each.token.kind == "name" and not each.free]
     return len(marks) >= (LEAST if words else LEAST_FREE)
 
 
-def _swaps(marks: tuple[Mark, ...]) -> Iterator[tuple[Mark, ...]]:
+def _swaps(marks: tuple[RuleMark, ...]) -> Iterator[tuple[RuleMark, ...]]:
     """Yield the marks, and once more for each call in them whose two arguments may be exchanged."""
     yield marks
     row = [each.token for each in marks]
@@ -238,6 +238,6 @@ def _is_comma(row: Sequence[Token], start: int, at: int) -> bool:
     return row[at].text == "," and _depth(row[start:at])[0] == 0
 
 
-def _is_whole(marks: Sequence[Mark]) -> bool:
+def _is_whole(marks: Sequence[RuleMark]) -> bool:
     """Say whether what is changed still stands together."""
     return "".join("x" if each.changed else " " for each in marks).strip().count(" ") == 0

@@ -37,7 +37,7 @@ class Token:
 
 
 @dataclass(frozen=True)
-class Function:
+class FunctionTokens:
     """A function's definition: its parameters' names, and its body's tokens, braces included.
 
     `start` is where its name stands in the text; `closed` has, for each token of the body that
@@ -71,7 +71,7 @@ def closing(row: Sequence[Token], start: int) -> int:
     return len(row)
 
 
-def functions(text: str) -> dict[str, Function]:
+def functions(text: str) -> dict[str, FunctionTokens]:
     """Return the functions that a C file defines, by their names."""
     row, found = tokens(text), {}
     k = 0
@@ -82,7 +82,7 @@ def functions(text: str) -> dict[str, Function]:
             last = closing(row, end + 1)
             body, head = tuple(row[end + 1 : last + 1]), row[k - 1]
             names = _parameters(row[k + 1 : end])
-            found[head.text] = Function(head.text, head.start, names, body, _closed(body))
+            found[head.text] = FunctionTokens(head.text, head.start, names, body, _closed(body))
             end = last
         k = end + 1 if row[k].text in CLOSING else k + 1
     return found

@@ -10,14 +10,14 @@ import numpy as np
 from grader.authoring.oral.records import Place, Traced, Value
 from grader.authoring.oral.tokens import functions
 from grader.authoring.oral.trials import literal
-from grader.checking import describe as show
-from grader.checking.comparison import Trial, far
-from grader.checking.student import Fatal, Student
-from grader.course import exercises as manifest
+from grader.checking import describe
+from grader.checking.comparison import Answers, far
+from grader.checking.student import CallDied, Student
+from grader.course import exercises
 from grader.course.sizes import UNIT
-from grader.execution.libraries import NotBuilt, Workshop
+from grader.execution.libraries import Libraries, NotBuilt
 from grader.execution.worker_process import Died, Missing
-from grader.records import Submission
+from grader.intake.records import Submission
 
 SIMPLEST = 3  # calls of a suite from which one is drawn
 _HIT = ("result", "r.tmax", "it.position", "it.normal")
@@ -52,11 +52,11 @@ PIXELS = "pixels"  # the name of their number
 
 
 def traced(
-    exercise: str, submission: Submission, workshop: Workshop, rng: random.Random
+    exercise: str, submission: Submission, libraries: Libraries, rng: random.Random
 ) -> Traced | None:
     """Return a question on what a call gives; None when there is none, or it does not come back."""
-    asked = manifest.load().exercise(exercise)
-    student = Student(workshop.lend(asked.file))
+    asked = exercises.load().exercise(exercise)
+    student = Student(libraries.lend(asked.file))
     try:
         if asked.tp == 1:
             return _drawing(asked.functions[0], exercise, submission, student)
@@ -66,26 +66,26 @@ def traced(
         suite = rng.choice(sorted(suites))
         trial = student.trials(suite)[0]
         return _call(trial, suites[suite], exercise, submission, rng)
-    except (Fatal, Died, Missing, NotBuilt):
+    except (CallDied, Died, Missing, NotBuilt):
         return None
 
 
 def _call(
-    trial: Trial,
+    trial: Answers,
     picks: tuple[str, ...],
     exercise: str,
     submission: Submission,
     rng: random.Random,
 ) -> Traced | None:
     count = trial.batch.count
-    simple = sorted(range(count), key=lambda k: (show.complexity(trial.batch, k), k))
+    simple = sorted(range(count), key=lambda k: (describe.complexity(trial.batch, k), k))
     case = rng.choice(simple[:SIMPLEST])
-    right = Trial(trial.batch, trial.batch.answers[0])
+    right = Answers(trial.batch, trial.batch.answers[0])
     values = []
     for pick in picks:
         got, expected = trial.got(pick)[case], right.got(pick)[case]
         wrong = far(np.array([got]), np.array([expected]), trial.batch.tolerance)[0]
-        values.append(Value(pick, show.value(got), show.value(expected) if wrong else ""))
+        values.append(Value(pick, describe.value(got), describe.value(expected) if wrong else ""))
         if pick == "result" and expected.dtype == bool and not expected:
             break  # a miss writes nothing
     place = where(submission, trial.batch.function)

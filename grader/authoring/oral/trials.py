@@ -14,24 +14,26 @@ import numpy as np
 
 from grader.authoring.oral.records import Change, Drawn, Sight, Swapped
 from grader.authoring.specimens.mistakes import Mistake
-from grader.checking import c_literals as literals
+from grader.checking import c_literals
 from grader.checking.expected_data import FOLDER
-from grader.checking.pictures import expected_files as stored
+from grader.checking.pictures import expected_files
 from grader.checking.pictures.measure import LEVEL
-from grader.checking.pictures.plan import PATTERNED, SAMPLES, Picture
+from grader.checking.pictures.plan import PATTERNED, SAMPLES, ExpectedPicture
 from grader.checking.reproducer import FIRST_SCENE
 from grader.checking.shapes import Image
-from grader.checking.student import Fatal, Student
-from grader.course import exercises as manifest
+from grader.checking.student import CallDied, Student
+from grader.course import exercises
+from grader.course.message import Message
 from grader.course.sizes import PICTURE, sizes_for
 from grader.course.texts import Texts
-from grader.evaluation import recognition as diagnosis
-from grader.evaluation.grading import conclude
+from grader.evaluation import recognition
+from grader.evaluation.grading import grade
 from grader.evaluation.plugin import run_checks
-from grader.execution import death_messages as deaths
-from grader.execution.libraries import NotBuilt, Workshop
+from grader.evaluation.records import CheckResult, Outcome
+from grader.execution import death_messages
+from grader.execution.libraries import Libraries, NotBuilt
 from grader.execution.worker_process import Died, Missing
-from grader.records import CheckResult, Outcome, Submission, Verdict
+from grader.intake.records import Submission
 
 ENOUGH = 0.005  # share of the pixels that tells a picture from another at a glance
 SEEN = 3 * LEVEL  # by which a pixel must change to be seen
@@ -75,7 +77,7 @@ _CALLS: Mapping[str, tuple[dict[str, Any], ...]] = {
 
 
 @dataclass(frozen=True)
-class View:
+class TrialView:
     """One picture that may be drawn: a call of TP1's, or a scene with options."""
 
     call: str
@@ -83,51 +85,51 @@ class View:
     settings: Mapping[str, Any]  # the call's arguments, or fields of `options`
 
 
-class Program:
+class TrialProgram:
     """A submission that is built: what its checks give, and what it draws."""
 
-    def __init__(self, workshop: Workshop, texts: Texts) -> None:
-        self._workshop, self._texts = workshop, texts
+    def __init__(self, libraries: Libraries, texts: Texts) -> None:
+        self._libraries, self._texts = libraries, texts
         self._drawn: dict[str, Drawn] = {}
 
     def checks(self, tp: int | None = None, exercise: str = "") -> dict[str, CheckResult]:
         """Run the checks of an exercise, of a TP, or of all that count; return them by id."""
-        rules = manifest.load()
+        rules = exercises.load()
         chosen = None
         if exercise:
             asked = rules.exercise(exercise)
             tp, chosen = asked.tp, [each.id for each in asked.checks]
-        findings = run_checks(self._workshop, rules, tp, chosen)
-        rejected = self._workshop.rejected
-        checks, _ = conclude(findings, rules, self._texts, rejected=rejected)
+        findings = run_checks(self._libraries, rules, tp, chosen)
+        rejected = self._libraries.rejected
+        checks, _ = grade(findings, rules, self._texts, rejected=rejected)
         return {each.id: each for each in checks if exercise in ("", each.exercise)}
 
-    def draw(self, view: View) -> Drawn:
+    def draw(self, view: TrialView) -> Drawn:
         """Draw a picture, once."""
         if view.call not in self._drawn:
             self._drawn[view.call] = self._draw(view)
         return self._drawn[view.call]
 
-    def _draw(self, view: View) -> Drawn:
+    def _draw(self, view: TrialView) -> Drawn:
         file = "main.c" if view.scene is None else "raytracer.c"
         try:
-            student = Student(self._workshop.lend(file))
+            student = Student(self._libraries.lend(file))
             if view.scene is None:
                 with student.canvas(PICTURE) as canvas:
                     black = np.zeros((PICTURE[1], PICTURE[0], 3), np.float32)
                     name = view.call.partition("(")[0]
                     return Drawn(_shown(canvas.draw(name, black, **view.settings).after))
-            texels = stored.read_texels(FOLDER) if view.scene in PATTERNED else None
+            texels = expected_files.read_texels(FOLDER) if view.scene in PATTERNED else None
             return Drawn(_shown(student.picture(view.scene, texels, **view.settings)))
-        except Fatal as error:
-            what, place = deaths.verdict(error.death, error.call), error.death.location
+        except CallDied as error:
+            what, place = death_messages.message(error.death, error.call), error.death.location
         except Died as error:
-            what, place = deaths.verdict(error.death, ""), error.death.location
+            what, place = death_messages.message(error.death, ""), error.death.location
         except Missing as error:
-            what, place = Verdict("failure.missing", {"name": error.name}), ""
+            what, place = Message("failure.missing", {"name": error.name}), ""
         except NotBuilt as error:
-            what, place = error.verdict, ""
-        return Drawn(death=deaths.told(what, place, self._texts))
+            what, place = error.message, ""
+        return Drawn(death=death_messages.told(what, place, self._texts))
 
 
 class Laboratory:
@@ -136,19 +138,19 @@ class Laboratory:
     def __init__(self, submission: Submission, cache: Path, texts: Texts) -> None:
         self.submission = submission
         self._cache, self._texts = cache, texts
-        self._workshop = Workshop(submission, sizes_for(None), cache)
-        self.program = Program(self._workshop, texts)
+        self._libraries = Libraries(submission, sizes_for(None), cache)
+        self.program = TrialProgram(self._libraries, texts)
 
     def __enter__(self) -> Laboratory:
         return self
 
     def __exit__(self, *problem: object) -> None:
-        self._workshop.close()
+        self._libraries.close()
 
     @property
-    def workshop(self) -> Workshop:
+    def libraries(self) -> Libraries:
         """The submission as it is."""
-        return self._workshop
+        return self._libraries
 
     def tried(
         self, change: Change, base: Mapping[str, CheckResult], begun: Collection[str]
@@ -163,10 +165,10 @@ class Laboratory:
         content = change.content.encode("utf-8", "surrogateescape")
         files = {**self.submission.files, change.place.file: content}
         changed = replace(self.submission, files=files)
-        with Workshop(changed, sizes_for(mistake.tp), self._cache) as workshop:
-            if set(workshop.rejected) - set(self._workshop.rejected):
+        with Libraries(changed, sizes_for(mistake.tp), self._cache) as libraries:
+            if set(libraries.rejected) - set(self._libraries.rejected):
                 return None
-            program = Program(workshop, self._texts)
+            program = TrialProgram(libraries, self._texts)
             results = program.checks(exercise=mistake.exercise)
             if any(each.outcome is Outcome.ERROR for each in results.values()):
                 return None
@@ -177,10 +179,10 @@ class Laboratory:
             if not _is_recognised(mistake, failed):
                 return None
             sight = self._sight(mistake.exercise, program, begun)
-        total = manifest.load().exercise(mistake.exercise).points
+        total = exercises.load().exercise(mistake.exercise).points
         return Swapped(change, tuple(failed), sum(lost.values()), total, sight)
 
-    def _sight(self, exercise: str, program: Program, begun: Collection[str]) -> Sight | None:
+    def _sight(self, exercise: str, program: TrialProgram, begun: Collection[str]) -> Sight | None:
         """Return the picture in which the change shows best; None when there is none to draw."""
         best: Sight | None = None
         for view in views(exercise, begun):
@@ -201,28 +203,28 @@ def _is_recognised(mistake: Mistake, failed: Sequence[CheckResult]) -> bool:
     named = {name for each in failed for name in each.mistakes}
     if named:
         return bool(named & {mistake.id, *mistake.twins})
-    return mistake.id not in diagnosis.read(FOLDER)
+    return mistake.id not in recognition.read(FOLDER)
 
 
-def views(exercise: str, begun: Collection[str]) -> Iterator[View]:
+def views(exercise: str, begun: Collection[str]) -> Iterator[TrialView]:
     """Yield the pictures in which an exercise may be seen, by what else is written."""
-    asked = manifest.load().exercise(exercise)
+    asked = exercises.load().exercise(exercise)
     if asked.tp == 1:
         for settings in _CALLS.get(asked.functions[0], ()):
             words = [f"{key} = {literal(value)}" for key, value in settings.items()]
-            yield View(f"{asked.functions[0]}({', '.join(['img', *words])})", None, settings)
+            yield TrialView(f"{asked.functions[0]}({', '.join(['img', *words])})", None, settings)
         return
     stage = _stage(exercise, begun)
     for scene in _SCENES.get(exercise, _USUAL) if stage else ():
-        options = Picture(scene, "glass" if exercise == "TP5.B1" else stage).options
+        options = ExpectedPicture(scene, "glass" if exercise == "TP5.B1" else stage).options
         if exercise == "TP5.3":
             options["samples"] = SAMPLES
         # The scenes but that of glass are opaque, and what is not written makes no difference.
         left = {"refraction", *(() if "TP4.B1" in begun else ("octree",))}
         told = {key: value for key, value in options.items() if key not in left}
-        words = [word for _, word in literals.settings(told)]
+        words = [word for _, word in c_literals.settings(told)]
         command = " ".join(["./mrt", str(scene + FIRST_SCENE), "image", *words])
-        yield View(command, scene, options)
+        yield TrialView(command, scene, options)
 
 
 def literal(value: Any) -> str:

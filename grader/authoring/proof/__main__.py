@@ -20,7 +20,7 @@ from pathlib import Path
 
 from grader.authoring.proof import figures, page
 from grader.authoring.proof.figures import FiguresError
-from grader.authoring.proof.grades import ProofError, Shop
+from grader.authoring.proof.grades import GradeCache, ProofError
 from grader.authoring.proof.parts import Part
 from grader.authoring.specimens.patches import PatchError
 from grader.report.results import write, write_text
@@ -54,16 +54,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def prove(options: argparse.Namespace) -> int:
     """Run the parts that are asked for. Raises ProofError, FiguresError, PatchError, OSError."""
-    shop = Shop(options.build.absolute() / "prove", options.jobs)
-    folder = shop.folder / ("sample" if options.sample else "")
+    grade_cache = GradeCache(options.build.absolute() / "prove", options.jobs)
+    folder = grade_cache.folder / ("sample" if options.sample else "")
     chosen = options.part or list(PARTS)
     for kept in {KEPT.get(name, "grades") for name in chosen if options.again}:
-        shutil.rmtree(shop.folder / kept, ignore_errors=True)
+        shutil.rmtree(grade_cache.folder / kept, ignore_errors=True)
     faults: list[str] = []
     for name in chosen:
         started = time.monotonic()
-        part = _run(name, shop, options.sample)
-        shop.clean()
+        part = _run(name, grade_cache, options.sample)
+        grade_cache.clean()
         write(folder / "parts" / f"{name}.json", asdict(part))
         publish(stored(folder), folder)
         if part.whole:
@@ -75,8 +75,10 @@ def prove(options: argparse.Namespace) -> int:
     return 1 if faults else 0
 
 
-def _run(name: str, shop: Shop, sample: int | None) -> Part:
-    part: Part = importlib.import_module(f"grader.authoring.proof.{PARTS[name]}").run(shop, sample)
+def _run(name: str, grade_cache: GradeCache, sample: int | None) -> Part:
+    part: Part = importlib.import_module(f"grader.authoring.proof.{PARTS[name]}").run(
+        grade_cache, sample
+    )
     return part
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from grader.authoring.proof import mutants
-from grader.authoring.proof.grades import Shop
+from grader.authoring.proof.grades import GradeCache
 from grader.authoring.proof.mutants import MutantsReport, Verdict
 from grader.authoring.proof.parts import Part
 
@@ -11,9 +11,9 @@ LEAST, LEAST_OF_FUNCTION = 0.98, 0.95
 MOST_BY_REASON = 0.02  # of the equivalent ones: those that are so by a sentence, not by proof
 
 
-def run(shop: Shop, sample: int | None = None) -> Part:
+def run(grade_cache: GradeCache, sample: int | None = None) -> Part:
     """Judge the mutants, or some of them."""
-    return report(mutants.run(shop.jobs, sample), sample is None)
+    return report(mutants.run(grade_cache.jobs, sample), sample is None)
 
 
 def report(found: MutantsReport, whole: bool = True) -> Part:

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from grader.authoring.proof import known, load, nothing, solver
-from grader.authoring.proof.grades import Program, Shop
+from grader.authoring.proof.grades import GradeCache, Program
 from grader.authoring.proof.parts import Part
 from grader.authoring.specimens import mistakes, patches
 from grader.report.results import write
@@ -71,16 +71,16 @@ def _failing() -> list[Program]:
     ]
 
 
-def run(shop: Shop, sample: int | None = None) -> Part:
+def run(grade_cache: GradeCache, sample: int | None = None) -> Part:
     """Grade each series, or each at most that often. Raises ProofError."""
     found = []
     for series in all_series():
         count = series.count if sample is None else min(sample, series.count)
-        found.append((series, repeated(shop, series, count)))
+        found.append((series, repeated(grade_cache, series, count)))
     return report(found, sample is None)
 
 
-def report(found: Sequence[tuple[Series, Record]], whole: bool = True) -> Part:
+def report(found: Sequence[tuple[Series, RepeatedRuns]], whole: bool = True) -> Part:
     """Return the part of the proof from what the runs of each series gave."""
     return Part(
         "flakiness",
@@ -101,7 +101,7 @@ def report(found: Sequence[tuple[Series, Record]], whole: bool = True) -> Part:
 
 
 @dataclass(frozen=True)
-class Record:
+class RepeatedRuns:
     """What the runs of a series gave."""
 
     runs: int
@@ -109,12 +109,12 @@ class Record:
     differences: list[str]
 
 
-def repeated(shop: Shop, series: Series, count: int) -> Record:
+def repeated(grade_cache: GradeCache, series: Series, count: int) -> RepeatedRuns:
     """Grade a program until it has been graded that often; return what all the runs gave."""
-    folder = shop.folder / "runs" / f"{series.program.key}{'-busy' if series.busy else ''}"
+    folder = grade_cache.folder / "runs" / f"{series.program.key}{'-busy' if series.busy else ''}"
     log = folder / "log.json"
     seen: dict[str, int] = json.loads(log.read_text(encoding="utf-8")) if log.is_file() else {}
-    for content in _runs(shop, series, count - sum(seen.values())):
+    for content in _runs(grade_cache, series, count - sum(seen.values())):
         text = json.dumps(content, sort_keys=True)
         digest = hashlib.sha256(text.encode()).hexdigest()[:16]
         if digest not in seen:
@@ -122,23 +122,23 @@ def repeated(shop: Shop, series: Series, count: int) -> Record:
         seen[digest] = seen.get(digest, 0) + 1
         write(log, seen)
     usual, *others = sorted(seen, key=lambda each: -seen[each])
-    return Record(
+    return RepeatedRuns(
         runs=sum(seen.values()),
         others=sum(seen[each] for each in others),
         differences=[line for each in others for line in _compared(folder, usual, each)],
     )
 
 
-def _runs(shop: Shop, series: Series, count: int) -> Iterator[dict[str, Any]]:
+def _runs(grade_cache: GradeCache, series: Series, count: int) -> Iterator[dict[str, Any]]:
     """Yield the results of each run; every group of them begins with nothing built."""
-    shop.folder.mkdir(parents=True, exist_ok=True)
+    grade_cache.folder.mkdir(parents=True, exist_ok=True)
     with load.busy(BUSY) if series.busy else contextlib.nullcontext():
         for start in range(0, count, GROUP):
-            with tempfile.TemporaryDirectory(dir=shop.folder) as folder:
+            with tempfile.TemporaryDirectory(dir=grade_cache.folder) as folder:
                 Path(folder).chmod(0o755)
                 builds = Path(folder) / "cache"
                 group = [series.program] * min(GROUP, count - start)
-                yield from (content for _, content in shop.each(group, builds))
+                yield from (content for _, content in grade_cache.each(group, builds))
 
 
 def _compared(folder: Path, one: str, other: str) -> list[str]:

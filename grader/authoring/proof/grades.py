@@ -96,7 +96,7 @@ class Grade:
 
 
 @dataclass(frozen=True)
-class Shop:
+class GradeCache:
     """Where programs are graded: a folder for builds and for what is kept, and how many at once."""
 
     folder: Path

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from grader.authoring.proof.grades import Grade, Program, Shop
+from grader.authoring.proof.grades import Grade, GradeCache, Program
 from grader.authoring.proof.parts import Part, listed, sampled
 from grader.authoring.specimens import mistakes
 from grader.authoring.specimens.mistakes import Mistake
@@ -12,10 +12,12 @@ from grader.authoring.specimens.mistakes import Mistake
 RIGHT, WRONG, NONE = "right", "wrong", "none"
 
 
-def run(shop: Shop, sample: int | None = None) -> Part:
+def run(grade_cache: GradeCache, sample: int | None = None) -> Part:
     """Grade the mistakes, or some of them. Raises ProofError."""
     chosen = sampled(mistakes.load(), sample)
-    grades = {each.id: grade for each, grade in shop.graded(program(each) for each in chosen)}
+    grades = {
+        each.id: grade for each, grade in grade_cache.graded(program(each) for each in chosen)
+    }
     return report([(each, grades[each.id]) for each in chosen], sample is None)
 
 

@@ -13,7 +13,7 @@ from typing import Any
 
 from pycparser import c_ast, c_generator  # type: ignore[import-untyped]
 
-from grader.authoring.proof.mutants_source import Source, extent, left_out, parsed, walk
+from grader.authoring.proof.mutants_source import MutatedSource, extent, left_out, parsed, walk
 from grader.authoring.specimens import patches
 
 # What an operator may be mistaken for: its edge, or its opposite.
@@ -113,7 +113,7 @@ def mutants() -> Iterator[Mutant]:
 # ---- Changing -----------------------------------------------------------------------------------
 
 
-def _of_file(source: Source) -> Iterator[Mutant]:
+def _of_file(source: MutatedSource) -> Iterator[Mutant]:
     printer = c_generator.CGenerator()
     skipped = left_out(source)
     for name, function in source.functions.items():
@@ -129,7 +129,7 @@ def _of_file(source: Source) -> Iterator[Mutant]:
             yield Mutant(source.name, name, line, edit.kind, before, after, written)
 
 
-def _edits(source: Source, function: c_ast.FuncDef) -> Iterator[_Edit]:
+def _edits(source: MutatedSource, function: c_ast.FuncDef) -> Iterator[_Edit]:
     for node, parent in list(walk(function.body)):
         # A number or a name says little without what it stands in.
         around = parent if parent is not None else node
@@ -189,7 +189,7 @@ def _numbers(node: c_ast.Constant, around: c_ast.Node) -> Iterator[_Edit]:
             yield _set("sign", around, node, "value", f"(-{node.value})")
 
 
-def _swaps(source: Source, node: c_ast.FuncCall) -> Iterator[_Edit]:
+def _swaps(source: MutatedSource, node: c_ast.FuncCall) -> Iterator[_Edit]:
     """Exchange neighbouring arguments of the same type."""
     name = getattr(node.name, "name", "")
     types = source.parameters.get(name, ())

@@ -18,12 +18,14 @@ from grader.authoring.proof.mutants_source import extent, parsed
 from grader.authoring.specimens import patches
 from grader.build import toolchain
 from grader.build.builder import Builder, Built
+from grader.build.records import Binding, BuildResult, BuildStatus, Target
 from grader.checking.expected_data import SIZE
 from grader.checking.shapes import Size
 from grader.checking.student import PICTURE_SIZE
-from grader.execution.session import DEFAULT_LIMITS, Core, Session
-from grader.execution.worker_process import Limits, Process, start_worker
-from grader.records import Binding, BuildResult, BuildStatus, Death, Submission, Target
+from grader.execution.records import Death
+from grader.execution.session import DEFAULT_LIMITS, Library, Session
+from grader.execution.worker_process import Limits, WorkerProcess, start_worker
+from grader.intake.records import Submission
 
 SELECTOR = "mrt_mutant"
 # Optimised, so that many answers take little time.
@@ -49,8 +51,8 @@ class Kit:
         self._builder = self._stack.enter_context(Builder(submission, cache))
         self._runtime = toolchain.sanitizer_runtime(self._builder.compiler)
         self._built: dict[Target, Built] = {}
-        self._cores: dict[str, Core] = {}
-        self._workers: dict[str, Process] = {}
+        self._cores: dict[str, Library] = {}
+        self._workers: dict[str, WorkerProcess] = {}
 
     def __enter__(self) -> Kit:
         return self
@@ -68,19 +70,19 @@ class Kit:
         failed = result.status is not BuildStatus.BUILT
         return "".join(result.rejected.values()) or (result.log if failed else "")
 
-    def unit(self, size: Size) -> Core:
+    def unit(self, size: Size) -> Library:
         """Return the library for functions, with pictures of that size."""
         return self.core(Target(*size, bool(self._runtime)))
 
-    def renderer(self) -> Core:
+    def renderer(self) -> Library:
         """Return the library for whole pictures."""
         return self.core(Target(*PICTURE_SIZE))
 
-    def counter(self) -> Core:
+    def counter(self) -> Library:
         """Return the library that counts how often objects are tested."""
         return self.core(Target(*PICTURE_SIZE, counted=True))
 
-    def core(self, target: Target) -> Core:
+    def core(self, target: Target) -> Library:
         """Return the library of a target."""
         result = self._make(target).result
         if result.library not in self._cores:
@@ -92,7 +94,7 @@ class Kit:
                 result = replace(result, binding=_with_selector(result.binding))
                 self._cores[result.library] = _FamilyCore(worker, result, self)
             else:
-                self._cores[result.library] = Core(worker, result)
+                self._cores[result.library] = Library(worker, result)
         return self._cores[result.library]
 
     def _make(self, target: Target) -> Built:
@@ -103,10 +105,10 @@ class Kit:
         return self._built[target]
 
 
-class _FamilyCore(Core):
+class _FamilyCore(Library):
     """A library in whose sessions one of several mutants runs."""
 
-    def __init__(self, process: Process, library: BuildResult, kit: Kit) -> None:
+    def __init__(self, process: WorkerProcess, library: BuildResult, kit: Kit) -> None:
         super().__init__(process, library)
         self._kit = kit
 

@@ -18,9 +18,9 @@ from grader.authoring.proof.mutants_source import owners
 from grader.authoring.specimens import patches
 from grader.authoring.specimens.grading import graded, lost
 from grader.checking.expected_data import FOLDER
-from grader.checking.student import Fatal, Student, Wrong
+from grader.checking.student import CallDied, Student, Wrong
 from grader.checks import __path__ as checks_path
-from grader.course import exercises as manifest
+from grader.course import exercises
 from grader.course.exercises import Check
 from grader.execution.worker_process import Died, Missing
 
@@ -47,18 +47,18 @@ def _order(mutant: Mutant, first: str) -> Sequence[Check]:
 
 
 def _of(exercise: str) -> Sequence[Check]:
-    return manifest.load().exercise(exercise).checks
+    return exercises.load().exercise(exercise).checks
 
 
 def _fails(kit: Kit, check: Check) -> bool:
     """Say whether a check costs points."""
-    exercise = manifest.load().exercise(check.exercise)
+    exercise = exercises.load().exercise(check.exercise)
     student = Student(kit, FOLDER, exercise.functions)
     try:
         _tests()[check.id](student)
     except Wrong as error:
         return round(error.evidence.share * check.points) < check.points
-    except (Fatal, Died, Missing):
+    except (CallDied, Died, Missing):
         return True
     return False
 

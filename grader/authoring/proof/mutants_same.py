@@ -21,11 +21,11 @@ from grader.authoring.expected.vectors.maker import Maker, norm1
 from grader.authoring.proof.mutants_changes import Mutant
 from grader.authoring.proof.mutants_family import QUICK, Kit
 from grader.authoring.specimens import patches
-from grader.checking import expected_data as expected
+from grader.checking import expected_data
 from grader.checking.expected_data import SIZE, Array, Batch
-from grader.checking.pictures.plan import OCTREE, PATTERNED, Picture, everything
+from grader.checking.pictures.plan import OCTREE, PATTERNED, ExpectedPicture, everything
 from grader.course.exercises import CORE
-from grader.execution.session import Address, Core, Limits, Session
+from grader.execution.session import Address, Library, Limits, Session
 from grader.execution.worker_process import Died
 
 SEEDS = range(101, 104)
@@ -33,7 +33,7 @@ RAYS = 10_000  # of each type of object
 DRAWINGS = 100  # of each function of TP1
 LIMITS = Limits(cpu=60)
 
-Part = Callable[[Session, Core], list[Array]]  # some of the answers
+Part = Callable[[Session, Library], list[Array]]  # some of the answers
 
 
 def is_same(kit: Kit, mutant: Mutant, cache: Path) -> bool:
@@ -66,7 +66,7 @@ def _known(name: str, reference: Kit, part: Part) -> str:
     return _digests[name]
 
 
-def _digest(core: Core, part: Part) -> str:
+def _digest(core: Library, part: Part) -> str:
     """Return what stands for some of the answers; "" when they do not come back."""
     digest = hashlib.sha256()
     try:
@@ -135,16 +135,16 @@ def _rays(m: Maker, kind: str) -> Batch:
 
 
 def _calls(batches: tuple[Batch, ...]) -> Part:
-    def part(session: Session, core: Core) -> list[Array]:
+    def part(session: Session, core: Library) -> list[Array]:
         return [each for batch in batches for each in _answers(session, core, batch)]
 
     return part
 
 
-def _answers(session: Session, core: Core, batch: Batch) -> Iterator[Array]:
+def _answers(session: Session, core: Library, batch: Batch) -> Iterator[Array]:
     """Return what the calls of a batch give, and what else its setting is there for."""
-    expected.prepare(session, core, batch)
-    answer = expected.run(session, core, batch)
+    expected_data.prepare(session, core, batch)
+    answer = expected_data.run(session, core, batch)
     yield from answer.out.values()
     if answer.result is not None:
         yield answer.result
@@ -158,11 +158,11 @@ def _answers(session: Session, core: Core, batch: Batch) -> Iterator[Array]:
         root = int(session.get("scene_octree"))
         if root:
             walked = replace(batch, function="octree_intersect")
-            found = expected.run(session, core, walked, node=Address(root))
+            found = expected_data.run(session, core, walked, node=Address(root))
             yield from found.out.values()
 
 
-def _drawings(session: Session, core: Core) -> list[Array]:
+def _drawings(session: Session, core: Library) -> list[Array]:
     """Draw with the functions of TP1, also beyond the picture."""
     rng = np.random.default_rng(SEEDS[0])
     width, height = SIZE
@@ -185,14 +185,14 @@ def _drawings(session: Session, core: Core) -> list[Array]:
 # ---- Pictures -----------------------------------------------------------------------------------
 
 
-def _picture(picture: Picture) -> Part:
-    def part(session: Session, core: Core) -> list[Array]:
+def _picture(picture: ExpectedPicture) -> Part:
+    def part(session: Session, core: Library) -> list[Array]:
         options = session.get("options")
         for name, value in picture.options.items():
             options[name] = value
         session.set("options", options)
         table = texels() if picture.scene in PATTERNED else None
-        expected.lend_texture(session, core, table)
+        expected_data.lend_texture(session, core, table)
         session.call("setup_scene", picture.scene)
         session.call("raytrace")
         return [session.get("output_image")]

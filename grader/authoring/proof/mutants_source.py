@@ -18,10 +18,10 @@ from grader.authoring.specimens import patches
 from grader.build import toolchain
 from grader.build.declarations import declared
 from grader.build.headers import SYSTEM_TYPES
+from grader.build.records import Target
 from grader.checking.expected_data import SIZE
-from grader.course import exercises as manifest
+from grader.course import exercises
 from grader.course.exercises import CORE, ROOT
-from grader.records import Target
 
 # Not judged: the program's start, a drawing of one's own with its helpers, what calls `fill`, and
 # the colours and the directions of the fractal, which are free.
@@ -30,7 +30,7 @@ _COMMENT = re.compile(r"/\*.*?\*/|^[ \t]*#.*?$", re.DOTALL | re.MULTILINE)
 
 
 @dataclass(frozen=True, eq=False)
-class Source:
+class MutatedSource:
     """A file of the reference, and its functions."""
 
     name: str
@@ -54,12 +54,12 @@ def owners(file: str, function: str) -> tuple[str, ...]:
         } - LEFT_OUT
         found |= callers & judged
         helpers = callers - judged - seen
-    return tuple(each.id for each in manifest.load().exercises if found & {*each.functions})
+    return tuple(each.id for each in exercises.load().exercises if found & {*each.functions})
 
 
 @cache
 def _exercise_functions() -> frozenset[str]:
-    return frozenset(name for each in manifest.load().exercises for name in each.functions)
+    return frozenset(name for each in exercises.load().exercises for name in each.functions)
 
 
 def _called(function: c_ast.FuncDef) -> set[str]:
@@ -71,7 +71,7 @@ def _called(function: c_ast.FuncDef) -> set[str]:
 
 
 @cache
-def parsed(name: str) -> Source:
+def parsed(name: str) -> MutatedSource:
     """Read a file of the reference."""
     text = patches.reference()[name]
     plain = _COMMENT.sub(lambda found: re.sub(r"[^\n]", " ", found[0]), text)
@@ -86,7 +86,7 @@ def parsed(name: str) -> Source:
             parameters[declaration.name] = _types(printer, declaration.type)
         if is_own:
             functions[declaration.name] = node
-    return Source(name, text, plain, functions, parameters)
+    return MutatedSource(name, text, plain, functions, parameters)
 
 
 @cache
@@ -114,7 +114,7 @@ def walk(node: c_ast.Node) -> Iterator[tuple[c_ast.Node, c_ast.Node | None]]:
         todo += [(child, each) for _, child in reversed(each.children())]
 
 
-def left_out(source: Source) -> frozenset[str]:
+def left_out(source: MutatedSource) -> frozenset[str]:
     """Return the functions that are left out, and the helpers that only `draw` calls."""
     calls = {name: _called(each) for name, each in source.functions.items()}
     found = {name for name in source.functions if name in LEFT_OUT}
@@ -133,7 +133,7 @@ def left_out(source: Source) -> frozenset[str]:
 
 
 @cache
-def extent(source: Source, function: str) -> tuple[int, int]:
+def extent(source: MutatedSource, function: str) -> tuple[int, int]:
     """Return where the text of a function begins and ends."""
     lines = source.plain.split("\n")
     start = sum(len(line) + 1 for line in lines[: source.functions[function].decl.coord.line - 1])

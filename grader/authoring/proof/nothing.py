@@ -5,25 +5,25 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from grader.authoring.proof import solver
-from grader.authoring.proof.grades import Grade, Program, Shop
+from grader.authoring.proof.grades import Grade, GradeCache, Program
 from grader.authoring.proof.parts import Part
-from grader.course import exercises as manifest
+from grader.course import exercises
 from grader.course.exercises import CORE
 
 SKELETON = "skeleton"
 
 
-def run(shop: Shop, sample: int | None = None) -> Part:
+def run(grade_cache: GradeCache, sample: int | None = None) -> Part:
     """Grade the skeleton, and a solver's attempts or some of them. Raises ProofError."""
     turns = solver.TURNS if sample is None else min(sample, solver.TURNS)
     programs = [skeleton(), *(Program(f"attempt {k + 1}", solver.files(k)) for k in range(turns))]
-    grades = {each.id: grade for each, grade in shop.graded(programs)}
+    grades = {each.id: grade for each, grade in grade_cache.graded(programs)}
     return report({each.id: grades[each.id] for each in programs}, sample is None)
 
 
 def skeleton() -> Program:
     """Return what students start from."""
-    names = manifest.load().student
+    names = exercises.load().student
     return Program(SKELETON, {name: (CORE / name).read_text(encoding="utf-8") for name in names})
 
 

@@ -9,7 +9,7 @@ from itertools import combinations
 import numpy as np
 
 from grader.authoring.proof import known
-from grader.authoring.proof.grades import Grade, Program, Shop
+from grader.authoring.proof.grades import Grade, GradeCache, Program
 from grader.authoring.proof.parts import SEED, Part, listed
 from grader.authoring.specimens import mistakes, patches
 from grader.authoring.specimens.mistakes import FOLDER, Mistake
@@ -59,13 +59,13 @@ def both(one: Mistake, other: Mistake) -> dict[str, str]:
         return {}
 
 
-def run(shop: Shop, sample: int | None = None) -> Part:
+def run(grade_cache: GradeCache, sample: int | None = None) -> Part:
     """Grade pairs, and each mistake alone. Raises ProofError."""
     pairs = drawn(PAIRS if sample is None else sample)
     programs = {each.id: each.program for each in pairs}
     for pair in pairs:
         programs |= {each.id: known.program(each) for each in (pair.one, pair.other)}
-    grades = {each.id: grade for each, grade in shop.graded(programs.values())}
+    grades = {each.id: grade for each, grade in grade_cache.graded(programs.values())}
     return report(pairs, grades, sample is None)
 
 

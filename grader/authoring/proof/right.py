@@ -4,23 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from grader.authoring.proof.grades import Grade, Program, Shop
+from grader.authoring.proof.grades import Grade, GradeCache, Program
 from grader.authoring.proof.parts import Part, sampled
 from grader.authoring.specimens import variants
 from grader.authoring.specimens.variants import Variant
-from grader.course import exercises as manifest
+from grader.course import exercises
 
 COMPILERS = ("gcc", "clang")
 
 
-def run(shop: Shop, sample: int | None = None) -> Part:
+def run(grade_cache: GradeCache, sample: int | None = None) -> Part:
     """Grade the variants, or some of them, built by each compiler. Raises ProofError."""
     builds = {
         each.id: (variant, each)
         for variant in sampled(variants.load(), sample)
         for each in programs(variant)
     }
-    grades = {each.id: grade for each, grade in shop.graded(each for _, each in builds.values())}
+    grades = {
+        each.id: grade for each, grade in grade_cache.graded(each for _, each in builds.values())
+    }
     found = [(variant, each.id, grades[each.id]) for variant, each in builds.values()]
     return report(found, sample is None)
 
@@ -62,7 +64,7 @@ def faults(variant: Variant, name: str, grade: Grade) -> list[str]:
     that counts with one of these alone.
     """
     rows = {each["id"]: each for each in grade.content["checks"]}
-    known = manifest.load().checks()
+    known = exercises.load().checks()
 
     def is_left(check: str) -> bool:
         if rows[check]["outcome"] != "todo":

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from grader.course import exercises as manifest
+from grader.course import exercises
 from grader.course.exercises import CORE, Exercise
 
 PROTOTYPES = {
@@ -134,7 +134,7 @@ def files(turn: int) -> dict[str, str]:
     text = {"raytracer.h": '#include "exercises.h"\n', "raytracer.c": include, "octree.c": include}
     text["main.c"] = (CORE / "main.c").read_text(encoding="utf-8")
     written = set()  # two exercises may be in one function
-    for exercise in manifest.load().exercises:
+    for exercise in exercises.load().exercises:
         for name in exercise.functions:
             if name not in written and (bodies := ATTEMPTS.get(name)):
                 _write(text, exercise, name, bodies[turn % len(bodies)])

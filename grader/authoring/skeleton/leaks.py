@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from grader.authoring.skeleton.skeleton import SUSPECT, find_regions, read_text
-from grader.course import exercises as manifest
+from grader.course import exercises
 
 MIN_LINE = 14  # characters, without whitespace, of a line that is looked for as a whole line
 MIN_PART = 24  # of one that is looked for within others: comments, strings, joined lines
@@ -50,7 +50,7 @@ def solution_lines(reference: Path, public: Path) -> dict[str, str]:
     `public` is the folder of what students get: a line that stands there too is not the solution's.
     Raises SkeletonError.
     """
-    rules = manifest.load()
+    rules = exercises.load()
     known = {each.id for each in rules.exercises}
     given = {squeezed(line) for path in public.glob("*.[ch]") for line in _lines(path)}
     found: dict[str, str] = {}

@@ -9,8 +9,8 @@ import argparse
 import sys
 from collections.abc import Sequence
 
+from grader.course.message import UserError
 from grader.intake import originals
-from grader.records import Told
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -25,7 +25,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         elif not originals.PACK.exists() or originals.PACK.read_bytes() != content:
             print(f"{originals.PACK.name}: not core_c/; run make skeleton")
             return 1
-    except (OSError, Told) as error:
+    except (OSError, UserError) as error:
         print(error, file=sys.stderr)
         return 1
     return 0

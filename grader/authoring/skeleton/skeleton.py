@@ -43,7 +43,7 @@ class SkeletonError(Exception):
 
 
 @dataclass(frozen=True)
-class Region:
+class MarkedRegion:
     """A part of the solution: the lines from index ``begin`` to ``end``, marks included."""
 
     exercise: str
@@ -103,12 +103,12 @@ def check_line(line: str, begin: re.Match[str] | None, known: Collection[str]) -
     return ""
 
 
-def find_regions(path: Path, lines: Sequence[str], known: Collection[str]) -> list[Region]:
+def find_regions(path: Path, lines: Sequence[str], known: Collection[str]) -> list[MarkedRegion]:
     """Return the solution's regions in a file, in order.
 
     Raises SkeletonError, as ``reference/main.c:41: ...``, at the first mark that is not right.
     """
-    regions: list[Region] = []
+    regions: list[MarkedRegion] = []
     begin: re.Match[str] | None = None
     start = 0
     for index, line in enumerate(lines):
@@ -118,7 +118,7 @@ def find_regions(path: Path, lines: Sequence[str], known: Collection[str]) -> li
             begin, start = mark, index
         elif begin and END.fullmatch(line):
             regions.append(
-                Region(begin["exercise"], begin["stub"] or "", begin["indent"], start, index)
+                MarkedRegion(begin["exercise"], begin["stub"] or "", begin["indent"], start, index)
             )
             begin = None
     if begin:
@@ -138,7 +138,7 @@ def join(out: list[str], following: Sequence[str]) -> None:
     out.extend(following[first:])
 
 
-def stub_lines(region: Region, noted: set[str]) -> list[str]:
+def stub_lines(region: MarkedRegion, noted: set[str]) -> list[str]:
     """Return a region's replacement; ``noted`` holds the ids that its function already names."""
     if not region.indent:
         return []

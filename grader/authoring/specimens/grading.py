@@ -9,14 +9,15 @@ from typing import Any
 
 from grader.build import toolchain
 from grader.checking.expected_data import FOLDER
-from grader.course import exercises as manifest
+from grader.course import exercises
 from grader.course.sizes import sizes_for
 from grader.course.texts import Texts
 from grader.evaluation.pipeline import report_of
 from grader.evaluation.plugin import run_checks
 from grader.evaluation.recognition import is_picture
-from grader.execution.libraries import Workshop
-from grader.records import CheckResult, Finding, Report, Submission
+from grader.evaluation.records import CheckResult, Finding, Report
+from grader.execution.libraries import Libraries
+from grader.intake.records import Submission
 from grader.report import results as report
 
 
@@ -24,11 +25,11 @@ def exercise_findings(
     submission: Submission, exercise: str, cache: Path, folder: Path = FOLDER
 ) -> list[Finding]:
     """Run the checks of one exercise but its pictures, on the expected data of a folder."""
-    rules = manifest.load()
+    rules = exercises.load()
     chosen = rules.exercise(exercise)
     ids = [each.id for each in chosen.checks if not is_picture(each.id)]
-    with Workshop(submission, sizes_for(chosen.tp), cache) as workshop:
-        findings = run_checks(workshop, rules, chosen.tp, ids, folder)
+    with Libraries(submission, sizes_for(chosen.tp), cache) as libraries:
+        findings = run_checks(libraries, rules, chosen.tp, ids, folder)
     return [each for each in findings if rules.checks()[each.check].exercise == exercise]
 
 
@@ -61,11 +62,11 @@ def results(
 def _report(
     submission: Submission, cache: Path, tp: int | None, flags: Sequence[str], compiler: str
 ) -> Report:
-    rules = manifest.load()
+    rules = exercises.load()
     chosen = toolchain.find_compiler(compiler)
-    with Workshop(submission, sizes_for(tp), cache, chosen, tuple(flags)) as workshop:
-        findings = run_checks(workshop, rules, tp)
-        return report_of(workshop, rules, findings, Texts("en"))
+    with Libraries(submission, sizes_for(tp), cache, chosen, tuple(flags)) as libraries:
+        findings = run_checks(libraries, rules, tp)
+        return report_of(libraries, rules, findings, Texts("en"))
 
 
 def lost(checks: Sequence[CheckResult]) -> list[CheckResult]:

@@ -10,9 +10,9 @@ from functools import cache
 from pathlib import Path
 
 from grader.authoring.specimens import patches
-from grader.course import exercises as manifest
+from grader.course import exercises
 from grader.course.exercises import ManifestError, read_toml
-from grader.records import Submission
+from grader.intake.records import Submission
 
 FOLDER = patches.REFERENCE / "mistakes"
 
@@ -30,7 +30,7 @@ class Mistake:
     @property
     def tp(self) -> int:
         """The TP of its exercise."""
-        return manifest.load().exercise(self.exercise).tp
+        return exercises.load().exercise(self.exercise).tp
 
     def files(self) -> dict[str, str]:
         """Return the reference's files with the mistake in them. Raises PatchError."""

@@ -11,9 +11,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from grader.course import exercises as manifest
+from grader.course import exercises
 from grader.course.exercises import ROOT
-from grader.records import Submission
+from grader.intake.records import Submission
 
 REFERENCE = ROOT / "reference"
 _FILE = re.compile(r"\+\+\+ (?:b/)?reference/(\S+)")
@@ -43,7 +43,7 @@ class _Hunk:
 
 def reference() -> dict[str, str]:
     """Return the reference's files, those that students write, by name."""
-    names = manifest.load().student
+    names = exercises.load().student
     return {name: (REFERENCE / name).read_text(encoding="utf-8") for name in names}
 
 
@@ -73,7 +73,7 @@ def patched(patch: Path, files: Mapping[str, str]) -> dict[str, str]:
 def submission(name: str, files: Mapping[str, str]) -> Submission:
     """Return files as a submission."""
     content = {file: text.encode() for file, text in files.items()}
-    missing = tuple(each for each in manifest.load().student if each not in content)
+    missing = tuple(each for each in exercises.load().student if each not in content)
     return Submission(name, content, missing)
 
 

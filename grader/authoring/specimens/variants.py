@@ -12,11 +12,11 @@ from functools import cache
 from pathlib import Path
 
 from grader.authoring.specimens import patches
-from grader.course import exercises as manifest
+from grader.course import exercises
 from grader.course.exercises import ManifestError, read_toml
-from grader.records import Submission
+from grader.intake.records import Submission
 
-FOLDER = manifest.ROOT / "reference" / "variants"
+FOLDER = exercises.ROOT / "reference" / "variants"
 
 
 @dataclass(frozen=True)

@@ -30,9 +30,9 @@ from grader.authoring.drawings import figures
 from grader.authoring.drawings.contact_sheet import save
 from grader.authoring.skeleton.skeleton import SkeletonError, read_text, shown
 from grader.course.exercises import ROOT
+from grader.course.message import UserError
 from grader.execution.session import open_core
 from grader.execution.worker_process import Died, MachineError
-from grader.records import Told
 
 NOTEBOOKS = ROOT / "notebooks"
 LANGUAGES = ("fr", "en")
@@ -192,7 +192,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         where, why = error.filename or arguments.folder, error.strerror or error
         print(f"{where}: cannot be written ({why}); give a writable --folder", file=sys.stderr)
         return 1
-    except (NotebookError, SkeletonError, Told, Died, MachineError) as error:
+    except (NotebookError, SkeletonError, UserError, Died, MachineError) as error:
         print(error, file=sys.stderr)
         return 1
     return 0

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from grader.checking.npz import Arrays, archived
-from grader.checking.pictures import expected_files as stored
+from grader.checking.pictures import expected_files
 from grader.checking.pictures.expected_files import Expected
 from grader.checking.pictures.measure import TILE, Envelope, tile_means
 from grader.checking.pictures.neighbours import beyond
@@ -50,7 +50,9 @@ def suspects(
     if arrays is None:
         return ()
     envelope = expected.envelope
-    seen, right = (_levels(each, envelope) for each in (got, stored.read_png(folder, picture)))
+    seen, right = (
+        _levels(each, envelope) for each in (got, expected_files.read_png(folder, picture))
+    )
     slack = _slack(envelope)
     where = np.ones(seen.shape[:2], bool) if only is None else only
     most = NEARLY * _apart(seen, right, slack, where)
@@ -78,7 +80,11 @@ def encode(drawn: Mapping[str, Image], right: Image, envelope: Envelope) -> byte
 
 def _read(folder: Path, picture: str) -> Arrays | None:
     name = name_of(picture)
-    return stored.read_arrays(folder, name) if (folder / stored.FOLDER / name).is_file() else None
+    return (
+        expected_files.read_arrays(folder, name)
+        if (folder / expected_files.FOLDER / name).is_file()
+        else None
+    )
 
 
 def _levels(picture: Image, envelope: Envelope) -> Levels:

@@ -17,15 +17,15 @@ from grader.checking.pictures.regions import (
     SKY,
     UNLIT,
     WHOLE,
+    PictureParts,
     Region,
-    Scene,
     named,
     of_thing,
     wrong_share,
 )
 from grader.checking.pictures.whole import scale_verdict, typical_factor
 from grader.checking.shapes import Image, Mask
-from grader.records import Verdict
+from grader.course.message import Message
 
 MOST = 0.9  # share that counts as "all"
 NEARLY_NONE = 0.02
@@ -40,36 +40,36 @@ BRIGHTER = 3 / 255
 SAME = 2 / 255
 
 
-def find(scene: Scene) -> Verdict:
+def find(scene: PictureParts) -> Message:
     """Return the sentence on the part that is wrong, and what that points to."""
     if scene.picture.stage == "glass":
         return _glass(scene)
     if not any(wrong_share(each, scene.wrong) > MATCH for each in scene.regions):
-        return Verdict("picture.rims", {"thing": named(_worst_thing(scene))})
-    causes: list[Callable[[Scene], Verdict | None]] = [_missing, _placed, _sampled, _acne]
+        return Message("picture.rims", {"thing": named(_worst_thing(scene))})
+    causes: list[Callable[[PictureParts], Message | None]] = [_missing, _placed, _sampled, _acne]
     if scene.direct is not None and _is_lit_as(scene, scene.direct):
         causes += [_bounces, _reflections]
     else:
         causes += [_ambient, _shadows, _highlights, _unlit, _light]
     for cause in causes:
-        if verdict := cause(scene):
-            return verdict
+        if message := cause(scene):
+            return message
     return _worst_region(scene)
 
 
-def _glass(scene: Scene) -> Verdict:
+def _glass(scene: PictureParts) -> Message:
     """Name what is seen through, or else what is wrong besides."""
     name = _worst_thing(scene)
     key = "picture.glass" if name in TRANSPARENT else "picture.glass_elsewhere"
-    return Verdict(key, {"thing": named(name)})
+    return Message(key, {"thing": named(name)})
 
 
-def _worst_thing(scene: Scene) -> str:
+def _worst_thing(scene: PictureParts) -> str:
     counts = {name: scene.share(scene.maps.of(name)) for name in scene.maps.things}
     return max(counts, key=lambda name: counts[name])
 
 
-def _missing(scene: Scene) -> Verdict | None:
+def _missing(scene: PictureParts) -> Message | None:
     """Find things that are wrong all over, when the rest but for their shadows is right."""
     maps = scene.maps
     bad = [name for name in maps.things[1:] if _all_wrong(scene, maps.of(name) & scene.calm)]
@@ -87,15 +87,15 @@ def _missing(scene: Scene) -> Verdict | None:
     key = "picture.missing" if gone else "picture.recolored"
     names = [named(name) for name in gone or bad]
     if len(names) > 1:
-        return Verdict(f"{key}_several", {"first": names[0], "second": names[1]})
-    return Verdict(key, {"thing": names[0]})
+        return Message(f"{key}_several", {"first": names[0], "second": names[1]})
+    return Message(key, {"thing": names[0]})
 
 
-def _all_wrong(scene: Scene, mask: Mask) -> bool:
+def _all_wrong(scene: PictureParts, mask: Mask) -> bool:
     return bool(mask.any()) and scene.wrong[mask].mean() > MOST
 
 
-def _contrast(scene: Scene, mask: Mask) -> float:
+def _contrast(scene: PictureParts, mask: Mask) -> float:
     """Return how strongly a thing's border shows, over how strongly it should."""
     right = mask[:, 1:] != mask[:, :-1]
     up = mask[1:] != mask[:-1]
@@ -106,7 +106,7 @@ def _contrast(scene: Scene, mask: Mask) -> float:
     return steps[0] / max(steps[1], 1e-6)
 
 
-def _placed(scene: Scene) -> Verdict | None:
+def _placed(scene: PictureParts) -> Message | None:
     """Find several things that have their colours, but neither place nor size."""
     if scene.picture.stage != "flat":
         return None
@@ -118,10 +118,10 @@ def _placed(scene: Scene) -> Verdict | None:
         displaced += wrong_share(each, scene.wrong) > MATCH
     if present < PRESENT * len(scene.regions) or displaced < 2:
         return None
-    return Verdict("picture.placed", {"thing": named(_worst_thing(scene))})
+    return Message("picture.placed", {"thing": named(_worst_thing(scene))})
 
 
-def _acne(scene: Scene) -> Verdict | None:
+def _acne(scene: PictureParts) -> Message | None:
     """Find dark pixels strewn over what is lit."""
     if "shadows" not in STAGES[scene.picture.stage]:
         return None
@@ -133,18 +133,18 @@ def _acne(scene: Scene) -> Verdict | None:
     steps = np.abs(np.diff(dark, axis=1))[lit[:, 1:] & lit[:, :-1]].sum()
     if steps / max(float(dark.sum()), 1e-6) < ROUGH:
         return None
-    return Verdict("picture.acne", {"thing": named(_thing_most_in(scene, dark > BRIGHTER))})
+    return Message("picture.acne", {"thing": named(_thing_most_in(scene, dark > BRIGHTER))})
 
 
-def _sampled(scene: Scene) -> Verdict | None:
+def _sampled(scene: PictureParts) -> Message | None:
     """Find the samples of a pixel where they should not be: all its colours are near by."""
     if not scene.picture.is_smooth:
         return None
     strange = beyond(np.clip(scene.got, 0, 1), scene.expected, FAR_SMOOTH[0], radius=2)
-    return Verdict("picture.jagged") if strange.mean() < STRANGE else None
+    return Message("picture.jagged") if strange.mean() < STRANGE else None
 
 
-def _ambient(scene: Scene) -> Verdict | None:
+def _ambient(scene: PictureParts) -> Message | None:
     """Find light where none arrives: behind the things and in their shadows alike."""
     unlit = [each for each in scene.regions if each.kind == UNLIT]
     if not unlit or not all(_is_brightened(each, scene) for each in unlit):
@@ -153,26 +153,26 @@ def _ambient(scene: Scene) -> Verdict | None:
     if scene.brighter(scene.kinds(LIT)) < 0 or not all(_is_brightened(e, scene) for e in shadows):
         return None
     worst = max(unlit, key=lambda each: scene.share(each.mask))
-    return Verdict("picture.unlit_bright", {"thing": named(worst.thing)})
+    return Message("picture.unlit_bright", {"thing": named(worst.thing)})
 
 
-def _is_brightened(region: Region, scene: Scene) -> bool:
+def _is_brightened(region: Region, scene: PictureParts) -> bool:
     return wrong_share(region, scene.wrong) > 0.5 and scene.brighter(region.mask) > 0
 
 
-def _is_lit_as(scene: Scene, direct: Image) -> bool:
+def _is_lit_as(scene: PictureParts, direct: Image) -> bool:
     """Say whether the direct light is there: nowhere is it darker than without mirrors."""
     plain: Mask = scene.calm & ~scene.maps.highlight
     darker = np.max(direct - np.clip(scene.got, 0, 1), axis=2) > 2 * BRIGHTER
     return bool(darker[plain].mean() < NEARLY_NONE)
 
 
-def _thing_most_in(scene: Scene, mask: Mask) -> str:
+def _thing_most_in(scene: PictureParts, mask: Mask) -> str:
     counts = {name: int((mask & scene.maps.of(name)).sum()) for name in scene.maps.things}
     return max(counts, key=lambda name: counts[name])
 
 
-def _shadows(scene: Scene) -> Verdict | None:
+def _shadows(scene: PictureParts) -> Message | None:
     """Find shadows that are missing, too dark, or where there should be none."""
     if "shadows" not in STAGES[scene.picture.stage]:
         return None
@@ -182,7 +182,7 @@ def _shadows(scene: Scene) -> Verdict | None:
         worst = max(bad, key=lambda each: scene.share(each.mask))
         values: dict[str, object] = {"caster": of_thing(worst.caster), "thing": on(worst.thing)}
         missing = scene.brighter(worst.mask & scene.wrong) > 0
-        return Verdict("picture.shadow_missing" if missing else "picture.shadow_dark", values)
+        return Message("picture.shadow_missing" if missing else "picture.shadow_dark", values)
     lit = [each for each in scene.regions if each.kind in (LIT, HIGHLIGHT)]
     dark = [each for each in lit if scene.brighter(each.mask & scene.wrong) < -2 * BRIGHTER]
     bad = [each for each in dark if wrong_share(each, scene.wrong) > 0.02]
@@ -191,22 +191,22 @@ def _shadows(scene: Scene) -> Verdict | None:
     worst = max(bad, key=lambda each: scene.share(each.mask))
     if scene.share(worst.mask) < 0.4 or scene.brighter(scene.wrong) > -BRIGHTER:
         return None
-    return Verdict("picture.shadow_extra", {"thing": named(worst.thing)})
+    return Message("picture.shadow_extra", {"thing": named(worst.thing)})
 
 
-def on(name: str) -> Verdict:
+def on(name: str) -> Message:
     """Return the name of a thing with "on": "sur le sol"."""
-    return Verdict(f"thing.{name}.on")
+    return Message(f"thing.{name}.on")
 
 
-def _known(scene: Scene) -> Mask:
+def _known(scene: PictureParts) -> Mask:
     """Return the colours of lit parts whose ratio can be told, shape (height, width, 3)."""
     usable = (scene.expected > 0.08) & (scene.expected < 0.92)
     known: Mask = usable & scene.kinds(LIT)[:, :, None]
     return known
 
 
-def _highlights(scene: Scene) -> Verdict | None:
+def _highlights(scene: PictureParts) -> Message | None:
     """Find highlights that are wrong alone."""
     bad = [each for each in scene.regions if each.kind == HIGHLIGHT]
     if scene.share(scene.kinds(HIGHLIGHT)) < 0.6 or not bad:
@@ -214,10 +214,10 @@ def _highlights(scene: Scene) -> Verdict | None:
     worst = max(bad, key=lambda each: scene.share(each.mask))
     bright = scene.brighter(worst.mask & scene.wrong) > 0
     key = "picture.highlight_bright" if bright else "picture.highlight_dark"
-    return Verdict(key, {"thing": named(worst.thing)})
+    return Message(key, {"thing": named(worst.thing)})
 
 
-def _unlit(scene: Scene) -> Verdict | None:
+def _unlit(scene: PictureParts) -> Message | None:
     """Find parts that no light reaches wrong, and what is lit right."""
     if scene.share(scene.kinds(UNLIT, SHADOW)) < MOST:
         return None
@@ -225,32 +225,32 @@ def _unlit(scene: Scene) -> Verdict | None:
     worst = max(bad, key=lambda each: scene.share(each.mask))
     bright = scene.brighter(worst.mask & scene.wrong) > 0
     key = "picture.unlit_bright" if bright else "picture.unlit_dark"
-    return Verdict(key, {"thing": named(worst.thing)})
+    return Message(key, {"thing": named(worst.thing)})
 
 
-def _bounces(scene: Scene) -> Verdict | None:
+def _bounces(scene: PictureParts) -> Message | None:
     """Find only what takes several mirrors to be seen wrong."""
     count = scene.maps.bounces[1 if "fresnel" in STAGES[scene.picture.stage] else 0]
     once = scene.calm & (count == 1)
     if scene.share(count >= 2) < 0.97 or once.sum() < FEWEST_ONCE:
         return None
-    return Verdict("picture.bounces", {"thing": named(_thing_most_in(scene, scene.wrong))})
+    return Message("picture.bounces", {"thing": named(_thing_most_in(scene, scene.wrong))})
 
 
-def _reflections(scene: Scene) -> Verdict | None:
+def _reflections(scene: PictureParts) -> Message | None:
     """Find what a mirror shows too bright or too dark."""
     name = _worst_thing(scene)
     here = scene.wrong & scene.maps.of(name)
     bright = scene.brighter(here) > 0
     values: dict[str, object] = {"thing": named(name)}
     if "fresnel" in STAGES[scene.picture.stage]:
-        return Verdict("picture.fresnel_bright" if bright else "picture.fresnel_dark", values)
+        return Message("picture.fresnel_bright" if bright else "picture.fresnel_dark", values)
     seen = np.bincount(scene.maps.seen[here], minlength=1)
     values["seen"] = of_thing(scene.maps.things[int(seen.argmax())])
-    return Verdict("picture.mirror_bright" if bright else "picture.mirror_dark", values)
+    return Message("picture.mirror_bright" if bright else "picture.mirror_dark", values)
 
 
-def _light(scene: Scene) -> Verdict | None:
+def _light(scene: PictureParts) -> Message | None:
     """Find what is lit wrong: by a factor, or as if the light came from elsewhere."""
     if scene.share(scene.kinds(LIT, HIGHLIGHT, SHADOW)) < 0.5:
         return None
@@ -264,11 +264,11 @@ def _light(scene: Scene) -> Verdict | None:
     if min(brighter, darker) > DISPLACED and any(
         wrong_share(each, scene.wrong) > 0.5 for each in highlights
     ):
-        return Verdict("picture.light_moved")
+        return Message("picture.light_moved")
     return None
 
 
-def _worst_region(scene: Scene) -> Verdict:
+def _worst_region(scene: PictureParts) -> Message:
     """Name the part that is most wrong."""
     worst = max(scene.regions, key=lambda each: scene.share(each.mask))
     here = worst.mask & scene.wrong
@@ -279,4 +279,4 @@ def _worst_region(scene: Scene) -> Verdict:
     else:
         bright = scene.brighter(here) > 0
         key = "picture.part_bright" if bright else "picture.part_dark"
-    return Verdict(key, values)
+    return Message(key, values)

@@ -22,8 +22,8 @@ from PIL import Image as Pillow
 
 from grader.checking.expected_data import Array, ExpectedError, arrays_of, content_of, rules_of
 from grader.checking.npz import Arrays
-from grader.checking.pictures.measure import Band, Envelope, Floats, Limits
-from grader.checking.pictures.plan import Picture
+from grader.checking.pictures.measure import Band, Envelope, Floats, PictureLimits
+from grader.checking.pictures.plan import ExpectedPicture
 from grader.checking.shapes import Image
 
 FOLDER = "pictures"  # in the folder of expected data
@@ -37,18 +37,18 @@ LOG_UNITS = 6000
 class Expected:
     """An expected picture: what is accepted, and up to which measures."""
 
-    picture: Picture
+    picture: ExpectedPicture
     envelope: Envelope
-    limits: Limits
+    limits: PictureLimits
 
 
-def read(folder: Path, picture: Picture) -> Expected:
+def read(folder: Path, picture: ExpectedPicture) -> Expected:
     """Read what is accepted. Raises ExpectedError, naming the file and the cure."""
     path = folder / FOLDER / f"{picture.name}.npz"
     rules = rules_of(path)
     arrays = arrays_of(path, rules)
     try:
-        limits = Limits(**{k: v["limit"] for k, v in rules["limits"].items()})
+        limits = PictureLimits(**{k: v["limit"] for k, v in rules["limits"].items()})
         low, width = unpacked(arrays["low"]), unpacked(arrays["range"])
         shape = low.shape[1:]
         calm = np.unpackbits(arrays["calm"], count=shape[0] * shape[1]).reshape(shape).astype(bool)
@@ -65,7 +65,7 @@ def read(folder: Path, picture: Picture) -> Expected:
         raise ExpectedError(path, error) from error
 
 
-def read_png(folder: Path, picture: Picture) -> Image:
+def read_png(folder: Path, picture: ExpectedPicture) -> Image:
     """Return the reference's own picture, 0 to 1, row 0 at the bottom. Raises ExpectedError."""
     return np.ascontiguousarray(_pixels(folder, f"{picture.name}.png")[::-1])
 

@@ -10,26 +10,25 @@ import numpy as np
 
 from grader.checking import reproducer
 from grader.checking.comparison import Wrong
-from grader.checking.pictures import candidates as suspects
-from grader.checking.pictures import causes, views, whole
-from grader.checking.pictures import expected_files as stored
+from grader.checking.pictures import candidates, causes, expected_files, views, whole
 from grader.checking.pictures.expected_files import Expected
 from grader.checking.pictures.measure import LEVEL, Floats, Measures, measure, outside, worst_tile
-from grader.checking.pictures.plan import COURSE, PATTERNED, STAGES, Picture
+from grader.checking.pictures.plan import COURSE, PATTERNED, STAGES, ExpectedPicture
 from grader.checking.pictures.regions import (
     MATCH,
     SKY,
     Maps,
+    PictureParts,
     Region,
-    Scene,
     read_maps,
     regions,
     wrong_share,
 )
 from grader.checking.pictures.worst_pixels import Pixel, worst_pixels
+from grader.checking.records import Evidence, Spot
 from grader.checking.shapes import Image, Mask
 from grader.checking.student import PICTURE_SIZE, Student
-from grader.records import Evidence, Spot, Verdict
+from grader.course.message import Message
 
 EDGES_ONLY = 0.9  # of the points, when all the regions match and only borders are wrong
 CHANGED = 3 / 255  # a region that a stage changes by more is the stage's own
@@ -39,8 +38,8 @@ CHANGED = 3 / 255  # a region that a stage changes by more is the stage's own
 class Judgement:
     """What became of a picture. It is right when there is no complaint."""
 
-    complaint: Verdict | None = None
-    remark: Verdict | None = None  # the other reading in which it is right
+    complaint: Message | None = None
+    remark: Message | None = None  # the other reading in which it is right
     share: float = 1.0  # of the points
     images: Mapping[str, bytes] = field(default_factory=dict)
     pixels: tuple[Pixel, ...] = ()  # those to look at
@@ -48,7 +47,7 @@ class Judgement:
 
 
 @dataclass(frozen=True)
-class _Case:
+class _WrongPicture:
     """A wrong picture, and what it is compared with."""
 
     folder: Path
@@ -62,13 +61,13 @@ class _Case:
 def check_picture(student: Student, scene: int, stage: str, *only: str) -> None:
     """Draw a stage of a scene with the submission, and judge it by its things (`only`, or all).
 
-    Raises Wrong, Fatal.
+    Raises Wrong, CallDied.
     """
-    picture = Picture(scene, stage)
-    texels = stored.read_texels(student.folder) if scene in PATTERNED else None
+    picture = ExpectedPicture(scene, stage)
+    texels = expected_files.read_texels(student.folder) if scene in PATTERNED else None
     got = student.picture(scene, texels, **picture.options)
     found = judge(student.folder, picture, got, only, shown=not student.waits)
-    student.testimony.look_at(picture.name, found.suspects)
+    student.observations.look_at(picture.name, found.suspects)
     if found.remark:
         student.remarks.append(found.remark)
     if found.complaint:
@@ -78,28 +77,33 @@ def check_picture(student: Student, scene: int, stage: str, *only: str) -> None:
         raise complaint.showing(Evidence(found.share, program, found.images, spots=spots))
 
 
-def _spot(picture: Picture, got: Image, pixel: Pixel) -> Spot:
+def _spot(picture: ExpectedPicture, got: Image, pixel: Pixel) -> Spot:
     i, j = pixel
     r, g, b = map(float, got[j, i])
     return Spot(picture.name, i, j, (r, g, b))
 
 
 def judge(
-    folder: Path, picture: Picture, got: Image, only: Sequence[str] = (), *, shown: bool = True
+    folder: Path,
+    picture: ExpectedPicture,
+    got: Image,
+    only: Sequence[str] = (),
+    *,
+    shown: bool = True,
 ) -> Judgement:
     """Judge a picture of shape (180, 320, 3), row 0 at the bottom, as the submission left it.
 
     `folder` is that of the expected data; `only` names the things that count. What takes long of a
     wrong picture (images, pixels, suspects) is made when it will be `shown`. Raises ExpectedError.
     """
-    expected = stored.read(folder, picture)
+    expected = expected_files.read(folder, picture)
     size = expected.envelope.calm.shape
     if got.shape != (*size, 3):
         values = {
             "got": " x ".join(map(str, got.shape[1::-1])),
             "expected": f"{size[1]} x {size[0]}",
         }
-        return Judgement(Verdict("picture.size", dict(values)), share=0.0)
+        return Judgement(Message("picture.size", dict(values)), share=0.0)
     if broken := whole.not_finite(got):
         unseen = Judgement(broken, share=0.0)
         return _with_first_broken(unseen, folder, picture, got) if shown else unseen
@@ -108,19 +112,19 @@ def judge(
     measures = measure(got, expected.envelope, error)
     if measures.exceeds(expected.limits) <= 1:
         return Judgement()
-    case = _Case(folder, expected, got, error, measures, mask)
+    case = _WrongPicture(folder, expected, got, error, measures, mask)
     if whole.is_plain(got):
         found = Judgement(whole.plain(got), share=0.0)
     else:
         found = _in_another_reading(case) or _wrong(case)
     if not (found.complaint and shown):
         return found
-    known = suspects.suspects(folder, expected, got, mask)
+    known = candidates.suspects(folder, expected, got, mask)
     pixels = worst_pixels(error, expected.envelope)
     return replace(found, images=_images(case), pixels=pixels, suspects=known)
 
 
-def _counted(folder: Path, picture: Picture, only: Sequence[str]) -> Mask | None:
+def _counted(folder: Path, picture: ExpectedPicture, only: Sequence[str]) -> Mask | None:
     """Return where the things that count are; None: everywhere."""
     if not only:
         return None
@@ -136,30 +140,30 @@ def _outside(got: Image, expected: Expected, mask: Mask | None) -> Floats:
     return error
 
 
-def _fits(case: _Case, picture: Picture) -> bool:
+def _fits(case: _WrongPicture, picture: ExpectedPicture) -> bool:
     """Say whether what was drawn is another expected picture."""
-    other = stored.read(case.folder, picture)
+    other = expected_files.read(case.folder, picture)
     error = _outside(case.got, other, case.only)
     return measure(case.got, other.envelope, error).exceeds(other.limits) <= 1
 
 
-def _in_another_reading(case: _Case) -> Judgement | None:
+def _in_another_reading(case: _WrongPicture) -> Judgement | None:
     """Accept ks in the lobe, and stages of the same scene with more features, with a note."""
     picture = case.expected.picture
     if picture.plain_lobe and _fits(case, picture.plain_lobe):
-        return Judgement(remark=Verdict("note.plain_lobe"))
+        return Judgement(remark=Message("note.plain_lobe"))
     if any(_fits(case, each) for each in picture.later):
-        return Judgement(remark=Verdict("note.later_features"))
+        return Judgement(remark=Message("note.later_features"))
     return None
 
 
-def _wrong(case: _Case) -> Judgement:
+def _wrong(case: _WrongPicture) -> Judgement:
     """Say where a picture is wrong, and what part of the points it earns all the same."""
     picture = case.expected.picture
     if lacking := _lacking(case):
-        values: dict[str, object] = {"feature": Verdict(f"feature.{lacking}")}
-        return Judgement(Verdict("picture.without", values), share=0.0)
-    expected = stored.read_png(case.folder, picture)
+        values: dict[str, object] = {"feature": Message(f"feature.{lacking}")}
+        return Judgement(Message("picture.without", values), share=0.0)
+    expected = expected_files.read_png(case.folder, picture)
     maps = read_maps(case.folder, picture.scene)
     found = regions(picture, maps, case.expected.envelope.calm)
     if case.only is not None:
@@ -170,11 +174,11 @@ def _wrong(case: _Case) -> Judgement:
     complaint = whole.explain(case.got, expected, case.expected.envelope, objects)
     complaint = complaint or _cause(case, expected, wrong, maps, found)
     if complaint.key == whole.UNLIT and "shadows" in STAGES[picture.stage]:
-        complaint = Verdict("picture.all_shadow")
+        complaint = Message("picture.all_shadow")
     return Judgement(complaint, share=_share(case, expected, wrong, found))
 
 
-def _lacking(case: _Case) -> str:
+def _lacking(case: _WrongPicture) -> str:
     """Return the stage that a picture still lacks, when it is right but for that one and others."""
     for each in case.expected.picture.earlier:
         if _fits(case, each):
@@ -182,35 +186,35 @@ def _lacking(case: _Case) -> str:
     return ""
 
 
-def _images(case: _Case) -> Mapping[str, bytes]:
-    expected = stored.read_png(case.folder, case.expected.picture)
+def _images(case: _WrongPicture) -> Mapping[str, bytes]:
+    expected = expected_files.read_png(case.folder, case.expected.picture)
     _, worst = worst_tile(np.rint(case.error / LEVEL).astype(np.int32))
     return views.images(case.got, expected, case.error, worst)
 
 
-def _wrong_pixels(case: _Case) -> Mask:
+def _wrong_pixels(case: _WrongPicture) -> Mask:
     envelope = case.expected.envelope
     wrong: Mask = (case.error > envelope.far) & envelope.calm
     return wrong
 
 
 def _cause(
-    case: _Case, expected: Image, wrong: Mask, maps: Maps, found: Sequence[Region]
-) -> Verdict:
+    case: _WrongPicture, expected: Image, wrong: Mask, maps: Maps, found: Sequence[Region]
+) -> Message:
     limits = case.expected.limits
     quiet = replace(case.measures, edges=0.0).exceeds(limits) <= 1
     if limits.edges and quiet:
-        return Verdict("picture.jagged")
+        return Message("picture.jagged")
     calm = case.expected.envelope.calm
     picture = case.expected.picture
     direct = None
     if "reflections" in STAGES[picture.stage] and picture.stage != "glass":
-        direct = stored.read_png(case.folder, Picture(picture.scene, "shadows"))
-    scene = Scene(picture, case.got, expected, wrong, calm, maps, found, direct)
+        direct = expected_files.read_png(case.folder, ExpectedPicture(picture.scene, "shadows"))
+    scene = PictureParts(picture, case.got, expected, wrong, calm, maps, found, direct)
     return causes.find(scene)
 
 
-def _share(case: _Case, expected: Image, wrong: Mask, found: Sequence[Region]) -> float:
+def _share(case: _WrongPicture, expected: Image, wrong: Mask, found: Sequence[Region]) -> float:
     """Return the share of the points: what the stage is about, times what it leaves as it was."""
     before = _stage_before(case)
     counted: dict[bool, list[float]] = {True: [0.0, 0.0], False: [0.0, 0.0]}
@@ -226,17 +230,19 @@ def _share(case: _Case, expected: Image, wrong: Mask, found: Sequence[Region]) -
     return min(around * (own_right / own if own else 1.0), EDGES_ONLY)
 
 
-def _stage_before(case: _Case) -> Image:
+def _stage_before(case: _WrongPicture) -> Image:
     """Return the picture of the stage before; before the first one there is the sky alone."""
     picture = case.expected.picture
     if picture.earlier:
-        return stored.read_png(case.folder, picture.earlier[0])
+        return expected_files.read_png(case.folder, picture.earlier[0])
     return np.broadcast_to(np.array([0.2, 0.2, 0.6], np.float32), case.got.shape)
 
 
-def _with_first_broken(found: Judgement, folder: Path, picture: Picture, got: Image) -> Judgement:
+def _with_first_broken(
+    found: Judgement, folder: Path, picture: ExpectedPicture, got: Image
+) -> Judgement:
     """Show a picture that has something else than numbers: its first such pixel is the worst."""
-    expected = stored.read_png(folder, picture)
+    expected = expected_files.read_png(folder, picture)
     broken = np.zeros(got.shape[:2], np.float32)
     broken[~np.isfinite(got).all(axis=2)] = 1
     j, i = map(int, np.argwhere(broken)[0])

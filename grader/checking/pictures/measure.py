@@ -62,7 +62,7 @@ class Measures:
     edges: float = 0.0  # what part of the samples' effect is missing
     worst: tuple[int, int] = (0, 0)  # row and column of the worst tile's corner
 
-    def exceeds(self, limits: Limits) -> float:
+    def exceeds(self, limits: PictureLimits) -> float:
         """Return the largest of the measures as a multiple of its limit."""
         return max(
             self.share / limits.share, self.tile / limits.tile, self.edges / (limits.edges or 1)
@@ -70,7 +70,7 @@ class Measures:
 
 
 @dataclass(frozen=True)
-class Limits:
+class PictureLimits:
     """The most that each measure may be."""
 
     share: float

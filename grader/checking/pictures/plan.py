@@ -71,7 +71,7 @@ TRANSPARENT = frozenset({"sphere_glass", "sphere_water"})
 
 
 @dataclass(frozen=True)
-class Picture:
+class ExpectedPicture:
     """One expected picture."""
 
     scene: int
@@ -97,41 +97,43 @@ class Picture:
         return "samples" in STAGES[self.stage]
 
     @property
-    def plain_lobe(self) -> Picture | None:
+    def plain_lobe(self) -> ExpectedPicture | None:
         """The same stage with ks in the specular lobe, if that is another picture."""
         name = f"{self.stage}_plain_lobe"
-        return Picture(self.scene, name) if name in SCENES[self.scene] else None
+        return ExpectedPicture(self.scene, name) if name in SCENES[self.scene] else None
 
     @property
-    def later(self) -> tuple[Picture, ...]:
+    def later(self) -> tuple[ExpectedPicture, ...]:
         """What a program that ignores options may draw instead: all that this has, and more."""
         mine = STAGES[self.stage]
         names = [name for name in SCENES[self.scene] if mine < STAGES[name]]
-        return tuple(Picture(self.scene, name) for name in names)
+        return tuple(ExpectedPicture(self.scene, name) for name in names)
 
     @property
-    def earlier(self) -> tuple[Picture, ...]:
+    def earlier(self) -> tuple[ExpectedPicture, ...]:
         """The pictures of the workbook's stages before, the nearest first."""
         mine = STAGES[self.stage]
         names = [each for each in reversed(COURSE) if each in SCENES[self.scene]]
-        return tuple(Picture(self.scene, name) for name in names if STAGES[name] < mine)
+        return tuple(ExpectedPicture(self.scene, name) for name in names if STAGES[name] < mine)
 
 
 # Those that checks look at; the others are accepted in their place, or tell what is wrong.
 JUDGED = (
-    *(Picture(scene, "flat") for scene in (0, 1, 2, 4, 5)),
-    *(Picture(scene, "blinn_phong") for scene in (0, 4, 6)),
-    *(Picture(scene, "shadows") for scene in (0, 2, 3, 4, 5)),
-    *(Picture(scene, "mirror") for scene in (0, 4)),
-    *(Picture(scene, "fresnel") for scene in (0, 1, 4)),
-    *(Picture(scene, "smooth") for scene in (0, 4)),
-    Picture(7, "glass"),
+    *(ExpectedPicture(scene, "flat") for scene in (0, 1, 2, 4, 5)),
+    *(ExpectedPicture(scene, "blinn_phong") for scene in (0, 4, 6)),
+    *(ExpectedPicture(scene, "shadows") for scene in (0, 2, 3, 4, 5)),
+    *(ExpectedPicture(scene, "mirror") for scene in (0, 4)),
+    *(ExpectedPicture(scene, "fresnel") for scene in (0, 1, 4)),
+    *(ExpectedPicture(scene, "smooth") for scene in (0, 4)),
+    ExpectedPicture(7, "glass"),
 )
 
 
-def everything() -> tuple[Picture, ...]:
+def everything() -> tuple[ExpectedPicture, ...]:
     """Return every expected picture."""
-    return tuple(Picture(scene, stage) for scene, names in SCENES.items() for stage in names)
+    return tuple(
+        ExpectedPicture(scene, stage) for scene, names in SCENES.items() for stage in names
+    )
 
 
 def thing(scene: int, index: int) -> str:

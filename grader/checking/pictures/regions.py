@@ -11,9 +11,9 @@ import numpy as np
 from grader.checking.expected_data import Array
 from grader.checking.pictures.expected_files import read_arrays
 from grader.checking.pictures.measure import Floats
-from grader.checking.pictures.plan import STAGES, Picture, thing
+from grader.checking.pictures.plan import STAGES, ExpectedPicture, thing
 from grader.checking.shapes import Image, Mask
-from grader.records import Verdict
+from grader.course.message import Message
 
 SKY = "sky"
 LIT, UNLIT, HIGHLIGHT, SHADOW, WHOLE = "lit", "unlit", "highlight", "shadow", "whole"
@@ -72,20 +72,20 @@ class Region:
         return float(np.sqrt(self.mask.sum()))
 
     @property
-    def words(self) -> Verdict:
+    def words(self) -> Message:
         """What it is called."""
         values: dict[str, object] = {"thing": named(self.thing), "caster": of_thing(self.caster)}
-        return Verdict(f"part.{self.kind}", values)
+        return Message(f"part.{self.kind}", values)
 
 
-def named(name: str) -> Verdict:
+def named(name: str) -> Message:
     """Return the name of a thing: "la sphère rouge"."""
-    return Verdict(f"thing.{name}.name")
+    return Message(f"thing.{name}.name")
 
 
-def of_thing(name: str) -> Verdict:
+def of_thing(name: str) -> Message:
     """Return it after a preposition: "de la sphère rouge"."""
-    return Verdict(f"thing.{name}.of") if name else Verdict("thing.none.of")
+    return Message(f"thing.{name}.of") if name else Message("thing.none.of")
 
 
 def read_maps(folder: Path, scene: int) -> Maps:
@@ -108,7 +108,7 @@ def read_maps(folder: Path, scene: int) -> Maps:
     )
 
 
-def regions(picture: Picture, maps: Maps, calm: Mask) -> list[Region]:
+def regions(picture: ExpectedPicture, maps: Maps, calm: Mask) -> list[Region]:
     """Return the regions of a picture that are large enough, without their borders."""
     found = [
         Region(name, kind, mask & calm, caster)
@@ -118,7 +118,7 @@ def regions(picture: Picture, maps: Maps, calm: Mask) -> list[Region]:
     return [each for each in found if each.mask.sum() >= FEWEST]
 
 
-def _parts(picture: Picture, maps: Maps, name: str) -> Iterator[tuple[str, str, Mask]]:
+def _parts(picture: ExpectedPicture, maps: Maps, name: str) -> Iterator[tuple[str, str, Mask]]:
     here = maps.of(name)
     on = STAGES[picture.stage]
     if name == SKY or "shading" not in on:
@@ -147,10 +147,10 @@ def mean_difference(mask: Mask, got: Floats, expected: Floats) -> float:
 
 
 @dataclass(frozen=True)
-class Scene:
+class PictureParts:
     """Everything that is known of a wrong picture; `wrong` is where it counts as wrong."""
 
-    picture: Picture
+    picture: ExpectedPicture
     got: Image
     expected: Image
     wrong: Mask

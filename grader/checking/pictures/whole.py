@@ -9,7 +9,7 @@ import numpy as np
 
 from grader.checking.pictures.measure import Envelope, Floats, outside
 from grader.checking.shapes import Image, Mask, in_every_channel
-from grader.records import Verdict
+from grader.course.message import Message
 
 FAR = 8 / 255  # a pixel outside by more is counted here
 FEW = 0.02  # share of such pixels in a picture that is right but for one thing
@@ -41,24 +41,24 @@ def is_plain(picture: Image) -> bool:
     return bool((np.ptp(seen.reshape(-1, 3), axis=0) < BLACK).all())
 
 
-def plain(picture: Image) -> Verdict:
+def plain(picture: Image) -> Message:
     """Name the colour of a picture that has only one."""
     color = np.clip(picture[0, 0], 0, 1)
     if color.max() < BLACK:
-        return Verdict("picture.black")
-    return Verdict("picture.one_color", {"color": ", ".join(f"{each:.2f}" for each in color)})
+        return Message("picture.black")
+    return Message("picture.one_color", {"color": ", ".join(f"{each:.2f}" for each in color)})
 
 
-def not_finite(picture: Image) -> Verdict | None:
+def not_finite(picture: Image) -> Message | None:
     """Say where a picture has something else than numbers."""
     broken = ~in_every_channel(np.isfinite(picture))
     if not broken.any():
         return None
     j, i = (int(each) for each in np.argwhere(broken)[0])
-    return Verdict("picture.not_finite", {"count": int(broken.sum()), "i": i, "j": j})
+    return Message("picture.not_finite", {"count": int(broken.sum()), "i": i, "j": j})
 
 
-def explain(got: Image, expected: Image, envelope: Envelope, objects: Mask) -> Verdict | None:
+def explain(got: Image, expected: Image, envelope: Envelope, objects: Mask) -> Message | None:
     """Return the one thing that makes a picture wrong everywhere, if there is one.
 
     `objects` is where the picture shows something else than the sky.
@@ -67,7 +67,7 @@ def explain(got: Image, expected: Image, envelope: Envelope, objects: Mask) -> V
     for key, change in _changes():
         after = _share_far(change(got), envelope)
         if after < FEW and after * BETTER < before:
-            return Verdict(key)
+            return Message(key)
     return _scaled(got, expected, objects)
 
 
@@ -93,7 +93,7 @@ def _powered(picture: Image, gamma: float) -> Image:
         return np.clip(picture, 0, None) ** np.float32(gamma)
 
 
-def _scaled(got: Image, expected: Image, objects: Mask) -> Verdict | None:
+def _scaled(got: Image, expected: Image, objects: Mask) -> Message | None:
     """Say by how much everything is too bright or too dark."""
     low, high = SCALE_RANGE
     known = (expected > low) & (expected < high) & objects[:, :, None]
@@ -122,18 +122,18 @@ def typical_factor(
     return factor if off.mean() < exceptions else None
 
 
-def scale_verdict(start: str, factor: float) -> Verdict:
+def scale_verdict(start: str, factor: float) -> Message:
     """Return the sentence on a factor, told as a number above 1; its key begins with `start`."""
     if factor < DARKEST:
-        return Verdict(UNLIT)
+        return Message(UNLIT)
     if factor < 1:
-        return Verdict(f"{start}dark", {"factor": number(1 / factor)})
-    return Verdict(f"{start}bright", {"factor": number(factor)})
+        return Message(f"{start}dark", {"factor": number(1 / factor)})
+    return Message(f"{start}bright", {"factor": number(factor)})
 
 
-def number(value: float) -> Verdict:
+def number(value: float) -> Message:
     """Return a number to be told in the decimals of the language."""
     whole, _, part = f"{value:.3g}".partition(".")
     if not part:
-        return Verdict("number.whole", {"whole": whole})
-    return Verdict("number.decimal", {"whole": whole, "part": part})
+        return Message("number.whole", {"whole": whole})
+    return Message("number.decimal", {"whole": whole, "part": part})

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from grader.checking.pictures import expected_files as stored
+from grader.checking.pictures import expected_files
 from grader.checking.pictures.measure import TILE, Envelope, Floats, outside, worst_tile
-from grader.checking.pictures.plan import Picture
+from grader.checking.pictures.plan import ExpectedPicture
 from grader.checking.shapes import Image
 
 Pixel = tuple[int, int]  # column, row
@@ -18,13 +18,13 @@ APART = 4  # pixels that lie nearer to one another tell the same
 _TIE = 1e-6  # what a pixel counts less for each step from the middle of its tile
 
 
-def worst_pixel(folder: Path, picture: Picture, got: Image) -> Pixel | None:
+def worst_pixel(folder: Path, picture: ExpectedPicture, got: Image) -> Pixel | None:
     """Return the pixel of a picture to look at first; None when nothing is outside.
 
     `folder` is that of the expected data, `got` has shape (180, 320, 3), row 0 at the bottom.
     Raises ExpectedError.
     """
-    envelope = stored.read(folder, picture).envelope
+    envelope = expected_files.read(folder, picture).envelope
     error = outside(np.nan_to_num(np.asarray(got, np.float32)), envelope)
     return next(iter(worst_pixels(error, envelope)), None)
 

@@ -7,15 +7,15 @@ from dataclasses import dataclass
 from typing import Any, Protocol, TypeVar
 
 from grader.checking.expected_data import Array
-from grader.execution.session import Core, Session
+from grader.execution.session import Library, Session
 
 T = TypeVar("T")
 
 
-class Desk(Protocol):
+class Caller(Protocol):
     """Where functions are called, in a session that has its scene and its options."""
 
-    def ask(self, name: str, act: Callable[[Session, Core], T]) -> T:
+    def ask(self, name: str, act: Callable[[Session, Library], T]) -> T:
         """Let `act` use the session; `name` is the function that it calls, for messages."""
 
 

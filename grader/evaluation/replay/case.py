@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 
 from grader.checking.expected_data import Array
-from grader.checking.pictures import expected_files as stored
+from grader.checking.pictures import expected_files
 from grader.checking.pictures.expected_files import BRIGHTEST
-from grader.course import exercises as manifest
+from grader.course import exercises
+from grader.course.message import Message
 from grader.evaluation.replay.expected_maps import Wanted
 from grader.evaluation.replay.probe import Probe
 from grader.evaluation.replay.ray_tree import Node
-from grader.records import Verdict
 
 _FUNCTIONS = {"TP4.B1": "octree_intersect"}
 CLOSE = 2e-3  # of directions and colours
@@ -27,7 +27,7 @@ SHAPES = {1: "TP2.4", 2: "TP2.3", 3: "TP2.B1", 4: "TP2.B2"}
 
 
 @dataclass(frozen=True)
-class Fault:
+class WrongValue:
     """A value that is wrong: its key, where it stands, and the exercise that makes it."""
 
     value: str  # of [replay.value] in messages/
@@ -40,25 +40,25 @@ class Fault:
     @property
     def function(self) -> str:
         """Return the function to look at."""
-        first = manifest.load().exercise(self.exercise).functions[0]
+        first = exercises.load().exercise(self.exercise).functions[0]
         return self.named or _FUNCTIONS.get(self.exercise, first)
 
     @property
-    def verdict(self) -> Verdict:
+    def message(self) -> Message:
         """Which value goes wrong first, and where it is made, as a sentence."""
         place = "light" if self.light is not None else "bounce" if self.depth else "eye"
-        where = Verdict(f"replay.of.{place}", {"light": self.light, "depth": self.depth})
+        where = Message(f"replay.of.{place}", {"light": self.light, "depth": self.depth})
         values: dict[str, object] = {
-            "value": Verdict(f"replay.value.{self.value}"),
+            "value": Message(f"replay.value.{self.value}"),
             "where": where,
             "exercise": self.exercise,
             "function": self.function,
         }
-        return Verdict("replay.first", values)
+        return Message("replay.first", values)
 
 
 @dataclass(frozen=True)
-class Case:
+class ReplayedPixel:
     """A replayed pixel, and what it is held against."""
 
     probe: Probe
@@ -71,7 +71,7 @@ class Case:
     @cached_property
     def texels(self) -> Array:
         """The texture that the maps were made with. Raises ExpectedError."""
-        return stored.read_texels(self.folder)
+        return expected_files.read_texels(self.folder)
 
     def tells_start(self, point: Array) -> bool:
         """Return whether rounding leaves the epsilon by which a ray from a point is moved."""

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from grader.checking.expected_data import Array, ExpectedError
-from grader.checking.pictures import expected_files as stored
+from grader.checking.pictures import expected_files
 from grader.checking.pictures.plan import SCENES
 from grader.checking.shapes import Size
 from grader.checking.student import PICTURE_SIZE
@@ -69,8 +69,8 @@ class Wanted:
 def _stored(folder: Path, scene: int) -> Mapping[str, Array] | None:
     """Return the maps of a scene, as they are stored; None when there are none."""
     try:
-        maps = stored.read_arrays(folder, f"scene{scene}.maps.npz")
-        return {**maps, **stored.read_arrays(folder, f"scene{scene}.light.npz")}
+        maps = expected_files.read_arrays(folder, f"scene{scene}.maps.npz")
+        return {**maps, **expected_files.read_arrays(folder, f"scene{scene}.light.npz")}
     except ExpectedError:
         return None
 
@@ -114,12 +114,12 @@ def _rows(arrays: Mapping[str, Array], first: int, end: int) -> dict[str, Array]
         for name, each in arrays.items()
         if name not in ("normal", "highlight")
     }
-    colors = {name: stored.colors(cut[name]) for name in _COLORS}
+    colors = {name: expected_files.colors(cut[name]) for name in _COLORS}
     normal = np.moveaxis(arrays["normal"][first:end], -1, 0)
     return {
         **colors,
-        "high": colors["low"] + stored.colors(cut["range"]),
-        "t": stored.distances(cut["t"]),
+        "high": colors["low"] + expected_files.colors(cut["range"]),
+        "t": expected_files.distances(cut["t"]),
         "normal": normal / np.float32(_NORMAL_UNITS),
         "n_l": cut["n_l"] / np.float32(_COSINE_UNITS),
         **{name: cut[name] for name in ("object", "mirrored", "blocker", "bounces")},

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from grader.evaluation.replay.case import Case, Fault, told, unlike
+from grader.evaluation.replay.case import ReplayedPixel, WrongValue, told, unlike
 from grader.evaluation.replay.intersections import camera, meeting, surface
 from grader.evaluation.replay.lighting import lights
 from grader.evaluation.replay.ray_tree import Node
@@ -18,20 +18,20 @@ from grader.evaluation.replay.sampling import pixel
 
 _SWITCHES = ("shading", "shadows", "reflections", "fresnel", "refraction")
 
-_Check = Callable[[Case, Node, int], Iterator[Fault]]
+_Check = Callable[[ReplayedPixel, Node, int], Iterator[WrongValue]]
 
 
-def first(case: Case) -> Fault | None:
+def first(case: ReplayedPixel) -> WrongValue | None:
     """Return the first value that goes wrong; None when each follows from the one before."""
     return next(_faults(case), None)
 
 
-def differs_from_own(case: Case) -> bool:
+def differs_from_own(case: ReplayedPixel) -> bool:
     """Return whether trace_ray gives something else than the parts that were replayed."""
     return unlike(case.root.trace, case.root.total)
 
 
-def _faults(case: Case) -> Iterator[Fault]:
+def _faults(case: ReplayedPixel) -> Iterator[WrongValue]:
     yield from camera(case)
     for depth, node in enumerate(case.root.walk()):
         for check in _CHECKS:
@@ -39,13 +39,13 @@ def _faults(case: Case) -> Iterator[Fault]:
     yield from pixel(case)
 
 
-def _whole(case: Case, node: Node, depth: int) -> Iterator[Fault]:
+def _whole(case: ReplayedPixel, node: Node, depth: int) -> Iterator[WrongValue]:
     """Hold trace_ray against the sum of its parts; who uses none of them is told that first."""
     if unlike(node.trace, node.total) and not _with_all_features(case, node):
-        yield Fault("trace", "TP2.6", depth, wanted=told(node.total))
+        yield WrongValue("trace", "TP2.6", depth, wanted=told(node.total))
 
 
-def _with_all_features(case: Case, node: Node) -> bool:
+def _with_all_features(case: ReplayedPixel, node: Node) -> bool:
     """Return whether trace_ray gives what its parts add up to with all the options on."""
     if node.hit is None:
         return False

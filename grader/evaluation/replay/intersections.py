@@ -8,16 +8,16 @@ import numpy as np
 
 from grader.checking.expected_data import Array
 from grader.evaluation.replay import search
-from grader.evaluation.replay.case import CLOSE, FAR_T, Case, Fault, far, told
+from grader.evaluation.replay.case import CLOSE, FAR_T, ReplayedPixel, WrongValue, far, told
 from grader.evaluation.replay.expected_maps import Wanted
 from grader.evaluation.replay.probe import unit
-from grader.evaluation.replay.ray_tree import SKY, Hit, Kind, Node
+from grader.evaluation.replay.ray_tree import SKY, Kind, Node, RayHit
 
 _CHECKER, _IMAGE = 1, 2
 _STILL = 1e-2  # how far a ray's dir may be from unit length
 
 
-def camera(case: Case) -> Iterator[Fault]:
+def camera(case: ReplayedPixel) -> Iterator[WrongValue]:
     """Hold the ray of the camera against the contract of camera_ray."""
     ray, camera = case.root.ray, case.probe.content.camera
     (width, height), (i, j) = case.probe.size, case.pixel
@@ -25,12 +25,12 @@ def camera(case: Case) -> Iterator[Fault]:
     right, top = x * camera["xdir"], y / camera["aspect"] * camera["ydir"]
     direction = unit(camera["center"] + right + top)
     if far(ray["orig"], camera["position"]):
-        yield Fault("origin", "TP2.1")
+        yield WrongValue("origin", "TP2.1")
     if far(unit(ray["dir"]), direction, CLOSE / 4):
-        yield Fault("direction", "TP2.1", wanted=told(direction))
+        yield WrongValue("direction", "TP2.1", wanted=told(direction))
 
 
-def meeting(case: Case, node: Node, depth: int) -> Iterator[Fault]:
+def meeting(case: ReplayedPixel, node: Node, depth: int) -> Iterator[WrongValue]:
     """Hold what is met against the maps, or against what each object says alone."""
     if node.is_beyond:
         return
@@ -42,10 +42,10 @@ def meeting(case: Case, node: Node, depth: int) -> Iterator[Fault]:
         yield from _mirrored(case, node, case.wanted)
     right = search.nearest(node.alone)
     if not search.same(node.hit, right):
-        yield Fault("object", search.guilty(case, node.ray, right), depth)
+        yield WrongValue("object", search.guilty(case, node.ray, right), depth)
 
 
-def _mirrored(case: Case, node: Node, expected: Wanted) -> Iterator[Fault]:
+def _mirrored(case: ReplayedPixel, node: Node, expected: Wanted) -> Iterator[WrongValue]:
     """Hold the object that the mirror ray meets against the maps."""
     if not expected.meets(case.root.object) or node.object in expected.mirrored:
         return
@@ -54,26 +54,26 @@ def _mirrored(case: Case, node: Node, expected: Wanted) -> Iterator[Fault]:
     wanted = int(expected.mirrored[0])
     index = node.object if node.object >= 0 else wanted
     if len(set(expected.mirrored.tolist())) == 1 and index >= 0:
-        yield Fault("object", case.shape(index), 1)
+        yield WrongValue("object", case.shape(index), 1)
 
 
-def _other_object(case: Case, node: Node, index: int, t: float) -> Fault:
+def _other_object(case: ReplayedPixel, node: Node, index: int, t: float) -> WrongValue:
     """Say why another object is met than the one expected: `index`, at the distance t."""
     if index != SKY:
         hit = case.probe.ask(index, node.ray)
         own = _length(node) * hit.t if hit is not None else np.nan
         if far(own, t, FAR_T):
-            return Fault("missed" if hit is None else "t", case.shape(index), wanted=told(t))
+            return WrongValue("missed" if hit is None else "t", case.shape(index), wanted=told(t))
     front = {each.index: each.hit.t for each in node.alone if each.hit is not None}
     found = front.get(node.object)
     if found is not None and (index == SKY or _length(node) * found < t * (1 - FAR_T)):
-        return Fault("met", case.shape(node.object))
+        return WrongValue("met", case.shape(node.object))
     if front and index == SKY:
-        return Fault("met", case.shape(next(iter(front))))
-    return Fault("object", search.guilty(case, node.ray, search.nearest(node.alone)))
+        return WrongValue("met", case.shape(next(iter(front))))
+    return WrongValue("object", search.guilty(case, node.ray, search.nearest(node.alone)))
 
 
-def surface(case: Case, node: Node, depth: int) -> Iterator[Fault]:
+def surface(case: ReplayedPixel, node: Node, depth: int) -> Iterator[WrongValue]:
     """Hold t, the point, the normal and the material of a hit against what they should be."""
     hit = node.hit
     if hit is None or node.object < 0:
@@ -86,34 +86,34 @@ def surface(case: Case, node: Node, depth: int) -> Iterator[Fault]:
         yield from _distance(_length(node) * hit.t, known.t[mask], exercise)
     point = node.ray["orig"] + np.float32(hit.t) * node.ray["dir"]
     if far(hit.position, point, FAR_T):
-        yield Fault("position", exercise, depth, wanted=told(point))
+        yield WrongValue("position", exercise, depth, wanted=told(point))
     if far(np.linalg.norm(hit.normal), 1):
-        yield Fault("normal", exercise, depth)
+        yield WrongValue("normal", exercise, depth)
     if known is not None:
         apart = np.abs(known.normal[mask] - hit.normal).max(axis=1)
         if not (apart <= CLOSE).any():
-            yield Fault("normal", exercise, depth, wanted=told(known.normal[mask][0]))
+            yield WrongValue("normal", exercise, depth, wanted=told(known.normal[mask][0]))
     yield from _material(case, node, depth)
     if known is not None:
         yield from _pattern(case, hit, known.kd[mask])
 
 
-def _distance(t: float, wanted: Array, exercise: str) -> Iterator[Fault]:
+def _distance(t: float, wanted: Array, exercise: str) -> Iterator[WrongValue]:
     if not (np.abs(wanted - t) <= FAR_T * (1 + t)).any():
-        yield Fault("t", exercise, wanted=told(float(wanted[0])))
+        yield WrongValue("t", exercise, wanted=told(float(wanted[0])))
 
 
-def _material(case: Case, node: Node, depth: int) -> Iterator[Fault]:
+def _material(case: ReplayedPixel, node: Node, depth: int) -> Iterator[WrongValue]:
     """Hold the copy of the material against the object's own."""
     assert node.hit is not None
     own, exercise = case.probe.content.objects["mat"][node.object], case.shape(node.object)
     names = ("ks", "kr", "shininess", *(("kd",) if own["pattern"] == 0 else ()))
     for name in names:
         if far(node.hit.material[name], own[name]):
-            yield Fault("material", exercise, depth, wanted=told(own[name]))
+            yield WrongValue("material", exercise, depth, wanted=told(own[name]))
 
 
-def _pattern(case: Case, hit: Hit, wanted: Array) -> Iterator[Fault]:
+def _pattern(case: ReplayedPixel, hit: RayHit, wanted: Array) -> Iterator[WrongValue]:
     """Hold the colour of a pattern against the maps, shape (count, 3)."""
     pattern = int(hit.material["pattern"])
     if pattern == _CHECKER:
@@ -123,7 +123,7 @@ def _pattern(case: Case, hit: Hit, wanted: Array) -> Iterator[Fault]:
     else:
         return
     if not (np.abs(wanted - kd).max(axis=1) <= CLOSE).any():
-        yield Fault("kd", exercise, wanted=told(wanted[0]))
+        yield WrongValue("kd", exercise, wanted=told(wanted[0]))
 
 
 def _length(node: Node) -> float:

@@ -9,10 +9,10 @@ import numpy as np
 
 from grader.checking.expected_data import Array
 from grader.evaluation.replay import search
-from grader.evaluation.replay.case import Case, Fault, outside, told, unlike
+from grader.evaluation.replay.case import ReplayedPixel, WrongValue, outside, told, unlike
 from grader.evaluation.replay.expected_maps import Wanted
 from grader.evaluation.replay.probe import unit
-from grader.evaluation.replay.ray_tree import Alone, Hit, Lit, Node
+from grader.evaluation.replay.ray_tree import Alone, Lit, Node, RayHit
 
 _IMAGE = 2
 _ASIDE = 0.01  # by how much a way to a light is turned, to see whether it is a close call
@@ -21,7 +21,7 @@ _SHINY = 5e-3  # ten times that
 _CLEAR = 0.01  # scene units: what stands nearer to an end of the way is a close call
 
 
-def lights(case: Case, node: Node, depth: int) -> Iterator[Fault]:
+def lights(case: ReplayedPixel, node: Node, depth: int) -> Iterator[WrongValue]:
     """Hold what each light adds, and whether it is seen, against the maps or the objects."""
     if not node.lights or node.hit is None or node.toward_eye is None:
         return
@@ -37,7 +37,9 @@ def lights(case: Case, node: Node, depth: int) -> Iterator[Fault]:
     yield from _sum(case, node, depth)
 
 
-def _shading(case: Case, node: Node, expected: Wanted, mask: Array) -> Iterator[Fault]:
+def _shading(
+    case: ReplayedPixel, node: Node, expected: Wanted, mask: Array
+) -> Iterator[WrongValue]:
     assert node.hit is not None
     assert node.toward_eye is not None
     toward = np.stack([each.toward for each in node.lights])
@@ -55,7 +57,7 @@ def _shading(case: Case, node: Node, expected: Wanted, mask: Array) -> Iterator[
             np.concatenate([wanted[:, k], high[:, k]]),
         )
         if outside(plain[k], *either):
-            yield Fault("shade", "TP3.1", light=k, wanted=told(wanted[0, k]))
+            yield WrongValue("shade", "TP3.1", light=k, wanted=told(wanted[0, k]))
     if not case.probe.on("fresnel"):
         return
     yield from _fresnel(case, node.hit, node.toward_eye, expected.fresnel[mask])
@@ -65,14 +67,14 @@ def _shading(case: Case, node: Node, expected: Wanted, mask: Array) -> Iterator[
         # A lobe that is wrong by itself may show only here: it must be told that it is right.
         known = lobe[k].max() > _SHINY and _is_exact(plain[k], wanted[:, k])
         if known and outside(adds[k], low[:, k], high[:, k]):
-            yield Fault("shade", "TP5.2", light=k, wanted=told(low[0, k]), named="shade")
+            yield WrongValue("shade", "TP5.2", light=k, wanted=told(low[0, k]), named="shade")
 
 
 def _is_exact(got: Array, wanted: Array) -> bool:
     return bool((np.abs(wanted - got).max(axis=1) <= _EXACT * (1 + np.abs(got).max())).any())
 
 
-def _no_numbers(case: Case, node: Node, depth: int) -> Iterator[Fault]:
+def _no_numbers(case: ReplayedPixel, node: Node, depth: int) -> Iterator[WrongValue]:
     """Find lights for which shade gives no number, though all that it is given are numbers."""
     assert node.hit is not None
     assert node.toward_eye is not None
@@ -85,16 +87,18 @@ def _no_numbers(case: Case, node: Node, depth: int) -> Iterator[Fault]:
         plain = case.probe.shade(node.hit, node.toward_eye, toward)
     for lit in broken:
         if np.isfinite(lit.toward).all() and not np.isfinite(plain[lit.index]).all():
-            yield Fault("shade", "TP3.1", depth, lit.index)
+            yield WrongValue("shade", "TP3.1", depth, lit.index)
 
 
-def _fresnel(case: Case, hit: Hit, v: Array, wanted: Array) -> Iterator[Fault]:
+def _fresnel(case: ReplayedPixel, hit: RayHit, v: Array, wanted: Array) -> Iterator[WrongValue]:
     k = case.probe.call("fresnel_schlick", hit.material["kr"], hit.normal, v).result
     if outside(k, wanted, wanted):
-        yield Fault("fresnel", "TP5.1", wanted=told(wanted[0]), named="fresnel_schlick")
+        yield WrongValue("fresnel", "TP5.1", wanted=told(wanted[0]), named="fresnel_schlick")
 
 
-def _shadow(case: Case, hit: Hit, lit: Lit, expected: Wanted | None, depth: int) -> Iterator[Fault]:
+def _shadow(
+    case: ReplayedPixel, hit: RayHit, lit: Lit, expected: Wanted | None, depth: int
+) -> Iterator[WrongValue]:
     """Hold whether a light is seen against what each object says of the way to it, and the maps."""
     if lit.n_l <= 0 or lit.seen is None or not np.isfinite(lit.toward).all():
         return
@@ -110,11 +114,11 @@ def _shadow(case: Case, hit: Hit, lit: Lit, expected: Wanted | None, depth: int)
         blocker = None if expected is None else _unlike(lit, expected)
         if blocker is not None:  # in_shadow says what the objects say: one of them is wrong
             guilty = blocker if right is None else search.index_of(alone, right)
-            yield Fault(value, case.shape(guilty), depth, lit.index)
+            yield WrongValue(value, case.shape(guilty), depth, lit.index)
     elif search.same(case.probe.nearest(ways[0]), right):
-        yield Fault(value, "TP4.1", depth, lit.index)
+        yield WrongValue(value, "TP4.1", depth, lit.index)
     else:
-        yield Fault("object", search.guilty(case, ways[0], right), depth)
+        yield WrongValue("object", search.guilty(case, ways[0], right), depth)
 
 
 def _unlike(lit: Lit, expected: Wanted) -> int | None:
@@ -125,7 +129,7 @@ def _unlike(lit: Lit, expected: Wanted) -> int | None:
     return None if fits(lit.index) else int(expected.blocker[0, lit.index])
 
 
-def _ways(case: Case, hit: Hit, lit: Lit) -> list[Any]:
+def _ways(case: ReplayedPixel, hit: RayHit, lit: Lit) -> list[Any]:
     """Return the shadow ray to a light, and others right beside it."""
     epsilon = float(case.probe.content.options["epsilon"])
     distance = np.linalg.norm(case.probe.content.lights["position"][lit.index] - hit.position)
@@ -150,7 +154,7 @@ def _bars(way: Any, alone: Sequence[Alone]) -> bool | None:
     return True if any(_CLEAR < t < way["tmax"] - _CLEAR for t in hits) else None
 
 
-def _sum(case: Case, node: Node, depth: int) -> Iterator[Fault]:
+def _sum(case: ReplayedPixel, node: Node, depth: int) -> Iterator[WrongValue]:
     """Hold direct_light against the sum of what its lights add."""
     if node.direct is None or node.hit is None:
         return
@@ -161,7 +165,7 @@ def _sum(case: Case, node: Node, depth: int) -> Iterator[Fault]:
         direct = case.probe.call("direct_light", node.hit.it, node.toward_eye).result
     every = _total([each for each in node.lights if each.n_l > 0])
     by_shadows = case.probe.on("shadows") and not unlike(direct, every)
-    yield Fault(
+    yield WrongValue(
         "direct",
         "TP4.1" if by_shadows else "TP3.2",
         depth,
@@ -170,7 +174,7 @@ def _sum(case: Case, node: Node, depth: int) -> Iterator[Fault]:
     )
 
 
-def _shadowed_all_the_same(case: Case, node: Node) -> bool:
+def _shadowed_all_the_same(case: ReplayedPixel, node: Node) -> bool:
     """Return whether direct_light looks for shadows though they are off."""
     if case.probe.on("shadows") or node.hit is None or node.direct is None:
         return False

@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from grader.checking import expected_data as expected
+from grader.checking import expected_data
 from grader.checking.expected_data import Array
 from grader.checking.shapes import Size
-from grader.evaluation.replay.caller import Content, Desk
-from grader.evaluation.replay.ray_tree import UNKNOWN, Alone, Bounce, Hit, Kind, Lit, Node
+from grader.evaluation.replay.caller import Caller, Content
+from grader.evaluation.replay.ray_tree import UNKNOWN, Alone, Bounce, Kind, Lit, Node, RayHit
 from grader.execution.marshalling import Reply
-from grader.execution.session import Core, Session
+from grader.execution.session import Library, Session
 
 FAINT = 1 / 255  # a ray that adds less is not followed
 MOST_BOUNCES = 6  # that are followed
@@ -29,12 +29,12 @@ _BEFORE = 1e-3  # share of a distance: just before it
 class Probe:
     """A submission at work on a scene."""
 
-    def __init__(self, desk: Desk, size: Size, number: int | None) -> None:
+    def __init__(self, caller: Caller, size: Size, number: int | None) -> None:
         """Read the scene; `number` is its own, None for one that has none. Raises as the desk."""
         self.size, self.number = size, number
-        self._desk = desk
+        self._caller = caller
 
-        def read(session: Session, core: Core) -> Content:
+        def read(session: Session, core: Library) -> Content:
             self._no_ray, self._no_hit = core.zeros("ray"), core.zeros("intersection")
             return Content(
                 objects=session.get("scene", int(session.get("object_count"))),
@@ -43,17 +43,17 @@ class Probe:
                 options=session.get("options"),
             )
 
-        self.content = desk.ask("setup_scene", read)
+        self.content = caller.ask("setup_scene", read)
 
     # ---- Calls --------------------------------------------------------------------------------
 
     def call(self, name: str, *args: Any) -> Reply:
         """Call a function once."""
-        return self._desk.ask(name, lambda session, _: session.call(name, *args))
+        return self._caller.ask(name, lambda session, _: session.call(name, *args))
 
     def many(self, name: str, count: int, *args: Any) -> Reply:
         """Call a function `count` times, in one message."""
-        return self._desk.ask(name, lambda session, _: session.call_many(name, count, *args))
+        return self._caller.ask(name, lambda session, _: session.call_many(name, count, *args))
 
     def on(self, option: str) -> bool:
         """Return whether a switch of `options` is on."""
@@ -70,19 +70,19 @@ class Probe:
         self._set(self.content.options)
 
     def _set(self, options: Any) -> None:
-        self._desk.ask("options", lambda session, _: session.set("options", options))
+        self._caller.ask("options", lambda session, _: session.set("options", options))
 
-    def textured(self, hit: Hit, texels: Array) -> Array:
+    def textured(self, hit: RayHit, texels: Array) -> Array:
         """Return what surface_color gives for a hit with another texture."""
 
-        def act(session: Session, core: Core) -> Any:
+        def act(session: Session, core: Library) -> Any:
             own = session.get("scene_texture")
-            expected.lend_texture(session, core, texels)
+            expected_data.lend_texture(session, core, texels)
             found = session.call("surface_color", hit.it).result
             session.set("scene_texture", own)
             return found
 
-        return self._desk.ask("surface_color", act)
+        return self._caller.ask("surface_color", act)
 
     # ---- One pixel ----------------------------------------------------------------------------
 
@@ -132,11 +132,11 @@ class Probe:
         found: Array = self.call("trace_ray", ray).result
         return found
 
-    def nearest(self, ray: Any) -> Hit | None:
+    def nearest(self, ray: Any) -> RayHit | None:
         """Return what nearest_hit finds."""
         return _hit(self.call("nearest_hit", ray, self._no_hit))
 
-    def total(self, ray: Any, hit: Hit) -> Array:
+    def total(self, ray: Any, hit: RayHit) -> Array:
         """Return what the functions add up to at a hit, with every feature."""
         after = _arrived(ray, hit)
         direct = self.call("direct_light", hit.it, unit(-ray["dir"])).result
@@ -144,7 +144,7 @@ class Probe:
         added: Array = direct + self.call(name, after, hit.it).result
         return added
 
-    def _lights(self, hit: Hit, v: Array) -> tuple[Lit, ...]:
+    def _lights(self, hit: RayHit, v: Array) -> tuple[Lit, ...]:
         lights = self.content.lights
         if not len(lights):
             return ()
@@ -158,7 +158,7 @@ class Probe:
             for k in range(len(lights))
         )
 
-    def shade(self, hit: Hit, v: Array, toward: Array, kd: Array | None = None) -> Array:
+    def shade(self, hit: RayHit, v: Array, toward: Array, kd: Array | None = None) -> Array:
         """Return what shade returns for each light: (lights, 3); `kd` in the hit's place."""
         light, material = self.content.lights["col"], hit.material.copy()
         if kd is not None:
@@ -167,7 +167,7 @@ class Probe:
         found: Array = self.many("shade", count, hit.normal, v, toward, light, material).result
         return found
 
-    def _bounce(self, ray: Any, hit: Hit, v: Array) -> Bounce | None:
+    def _bounce(self, ray: Any, hit: RayHit, v: Array) -> Bounce | None:
         if self.on("refraction") and hit.is_transparent:
             return self._through_glass(ray, hit)
         if not self.on("reflections"):
@@ -179,16 +179,16 @@ class Probe:
         color = self.call("mirror_color", ray, hit.it).result
         return Bounce(Kind.MIRROR, out, k, color, self.trace(out))
 
-    def reflected(self, ray: Any, hit: Hit) -> Any:
+    def reflected(self, ray: Any, hit: RayHit) -> Any:
         """Return the ray that reflected_ray makes."""
         return self.call("reflected_ray", self._no_ray, ray, hit.it).args["out"]
 
-    def refracted(self, ray: Any, hit: Hit) -> Any | None:
+    def refracted(self, ray: Any, hit: RayHit) -> Any | None:
         """Return the ray that refracted_ray makes; None when it says that there is none."""
         reply = self.call("refracted_ray", self._no_ray, ray, hit.it)
         return reply.args["out"] if reply.result else None
 
-    def _through_glass(self, ray: Any, hit: Hit) -> Bounce:
+    def _through_glass(self, ray: Any, hit: RayHit) -> Bounce:
         """Follow the ray that glass_color has drawn: the one whose colour it returned."""
         reply = self.call("glass_color", ray, hit.it)
         after, color = reply.args["in"], reply.result  # the seed has moved on
@@ -215,7 +215,7 @@ class Probe:
         spoilt = ~found & (after["tmax"] != before["tmax"])
 
         def said(k: int, n: int) -> Alone:
-            hit = Hit(float(after["tmax"][k, n]), its[k, n]) if found[k, n] else None
+            hit = RayHit(float(after["tmax"][k, n]), its[k, n]) if found[k, n] else None
             return Alone(int(which[n]), hit, bool(spoilt[k, n]))
 
         return [
@@ -223,7 +223,7 @@ class Probe:
             for k in range(len(rays))
         ]
 
-    def ask(self, index: int, ray: Any) -> Hit | None:
+    def ask(self, index: int, ray: Any) -> RayHit | None:
         """Return what one object says of a ray."""
         return _hit(self.call("intersect_object", ray, self._no_hit, self.content.objects[index]))
 
@@ -280,18 +280,18 @@ def unit(vectors: Array) -> Array:
     return made
 
 
-def _hit(reply: Reply) -> Hit | None:
-    return Hit(float(reply.args["r"]["tmax"]), reply.args["it"]) if reply.result else None
+def _hit(reply: Reply) -> RayHit | None:
+    return RayHit(float(reply.args["r"]["tmax"]), reply.args["it"]) if reply.result else None
 
 
-def _object(hit: Hit, alone: tuple[Alone, ...]) -> int:
+def _object(hit: RayHit, alone: tuple[Alone, ...]) -> int:
     """Return the index of the object that gives this hit when it is asked alone."""
     found = [(abs(each.hit.t - hit.t), each.index) for each in alone if each.hit is not None]
     away, index = min(found, default=(np.inf, UNKNOWN))
     return index if away <= _SAME * (1 + abs(hit.t)) else UNKNOWN
 
 
-def _arrived(ray: Any, hit: Hit) -> Any:
+def _arrived(ray: Any, hit: RayHit) -> Any:
     """Return a ray as the search leaves it: tmax lowered to its hit."""
     arrived = ray.copy()
     arrived["tmax"] = hit.t

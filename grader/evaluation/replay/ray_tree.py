@@ -22,7 +22,7 @@ class Kind(Enum):
 
 
 @dataclass(frozen=True)
-class Hit:
+class RayHit:
     """A point that was hit, after `t` lengths of the ray's dir; `it` is C's `intersection`."""
 
     t: float
@@ -72,7 +72,7 @@ class Alone:
     """What one object says of a ray when it is asked alone, by intersect_object."""
 
     index: int
-    hit: Hit | None
+    hit: RayHit | None
     spoilt: bool  # whether a miss has changed the ray
 
 
@@ -96,7 +96,7 @@ class Node:
     trace: Array  # what trace_ray returns
     total: Array  # what the parts below add up to
     is_beyond: bool = False  # it has bounced more than max_depth times
-    hit: Hit | None = None
+    hit: RayHit | None = None
     object: int = SKY
     alone: tuple[Alone, ...] = ()
     toward_eye: Array | None = None  # v: unit, back along the ray

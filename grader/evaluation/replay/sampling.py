@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from grader.checking.expected_data import Array
-from grader.evaluation.replay.case import Case, Fault, told, unlike
+from grader.evaluation.replay.case import ReplayedPixel, WrongValue, told, unlike
 from grader.evaluation.replay.reflections import transparent
 
 _STEPS = 5  # a side of a square, where its colours are taken
@@ -15,25 +15,25 @@ _SLACK = 0.02  # what these may have missed
 _SHARE = 0.1  # of the spread, likewise
 
 
-def pixel(case: Case) -> Iterator[Fault]:
+def pixel(case: ReplayedPixel) -> Iterator[WrongValue]:
     """Hold the pixel of the picture against the ray through its middle, or its samples."""
     if case.drawn is None or transparent(case.root):
         return
     probe = case.probe
     if probe.content.options["samples"] <= 1:
         if unlike(case.drawn, case.root.trace):
-            yield Fault("pixel", "TP2.2", wanted=told(case.root.trace))
+            yield WrongValue("pixel", "TP2.2", wanted=told(case.root.trace))
         return
     mean = probe.call("pixel_color", *case.pixel).result
     low, high = _range(case)
     slack = _SLACK + _SHARE * (high - low)
     if not ((mean >= low - slack) & (mean <= high + slack)).all():
-        yield Fault("mean", "TP5.3")
+        yield WrongValue("mean", "TP5.3")
     elif unlike(case.drawn, mean):
-        yield Fault("pixel", "TP2.2", wanted=told(mean))
+        yield WrongValue("pixel", "TP2.2", wanted=told(mean))
 
 
-def _range(case: Case) -> tuple[Array, Array]:
+def _range(case: ReplayedPixel) -> tuple[Array, Array]:
     """Return the least and the most that a mean over the squares of a pixel can be.
 
     Whatever place a sample takes in its square, its colour lies between those found there.

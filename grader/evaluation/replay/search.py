@@ -7,24 +7,26 @@ from typing import Any
 
 import numpy as np
 
-from grader.evaluation.replay.case import FAR_T, Case, Fault, far
+from grader.evaluation.replay.case import FAR_T, ReplayedPixel, WrongValue, far
 from grader.evaluation.replay.probe import SPHERE
-from grader.evaluation.replay.ray_tree import Alone, Hit
+from grader.evaluation.replay.ray_tree import Alone, RayHit
 
 _PLANE = 2
 _OFF = 1e-2  # scene units: a point that is farther from a surface does not lie on it
 
 
-def astray(case: Case, ray: Any, alone: tuple[Alone, ...], depth: int) -> Iterator[Fault]:
+def astray(
+    case: ReplayedPixel, ray: Any, alone: tuple[Alone, ...], depth: int
+) -> Iterator[WrongValue]:
     """Hold what each object says of a ray against the ray, and against the object itself."""
     for each in alone:
         if each.spoilt:
-            yield Fault("miss", case.shape(each.index), depth)
+            yield WrongValue("miss", case.shape(each.index), depth)
         elif each.hit is not None and _astray(case, ray, each.index, each.hit):
-            yield Fault("met", case.shape(each.index), depth)
+            yield WrongValue("met", case.shape(each.index), depth)
 
 
-def _astray(case: Case, ray: Any, index: int, hit: Hit) -> bool:
+def _astray(case: ReplayedPixel, ray: Any, index: int, hit: RayHit) -> bool:
     """Return whether a hit is out of the ray's range, or not on its sphere or plane."""
     if not ray["tmin"] <= hit.t <= ray["tmax"]:
         return True
@@ -38,18 +40,18 @@ def _astray(case: Case, ray: Any, index: int, hit: Hit) -> bool:
     return not abs(away) <= _OFF * (1 + np.abs(point).max())
 
 
-def nearest(alone: tuple[Alone, ...]) -> Hit | None:
+def nearest(alone: tuple[Alone, ...]) -> RayHit | None:
     """Return the nearest of the hits that objects give when they are asked alone."""
     hits = [each.hit for each in alone if each.hit is not None]
     return min(hits, key=lambda each: each.t, default=None)
 
 
-def index_of(alone: tuple[Alone, ...], hit: Hit) -> int:
+def index_of(alone: tuple[Alone, ...], hit: RayHit) -> int:
     """Return the index of the object that gave a hit."""
     return next(each.index for each in alone if each.hit is hit)
 
 
-def guilty(case: Case, ray: Any, right: Hit | None) -> str:
+def guilty(case: ReplayedPixel, ray: Any, right: RayHit | None) -> str:
     """Say what kept the nearest hit, `right`, from being found: the exercise.
 
     It is an object's own function, or the search: the octree's, or that of the plain list.
@@ -63,7 +65,7 @@ def guilty(case: Case, ray: Any, right: Hit | None) -> str:
     return "TP4.B1" if same(hit, right) else "TP2.5"
 
 
-def same(hit: Hit | None, other: Hit | None) -> bool:
+def same(hit: RayHit | None, other: RayHit | None) -> bool:
     """Return whether two hits are at the same distance, or none is one."""
     if hit is None or other is None:
         return hit is other

@@ -12,15 +12,15 @@ from typing import Any
 
 import numpy as np
 
+from grader.build.records import Function, Parameter
 from grader.checking.expected_data import is_written
 from grader.execution.marshalling import Address, Reply
-from grader.execution.session import Core, Session
+from grader.execution.session import Library, Session
 from grader.lab.display import values
 from grader.lab.display.error_cards import sentence
 from grader.lab.display.stopped import Stopped
 from grader.lab.display.values import Record
 from grader.lab.display.vectors import Array, Color, Vec3
-from grader.records import Function, Parameter
 
 MOST_CALLS = 20_000  # in one message
 _WHOLE = ("img", "objects")  # parameters that are tables, not one item of many
@@ -62,7 +62,7 @@ def signature(function: Function) -> str:
     return f"{function.name}({', '.join(names)})"
 
 
-def perform(session: Session, core: Core, call: Call) -> Any:
+def perform(session: Session, core: Library, call: Call) -> Any:
     """Make the call, or as many as the arrays in it have items. Raises Died, Stopped."""
     parameters = call.function.parameters
     columns = [
@@ -84,11 +84,11 @@ def _is_only_written(function: Function, parameter: Parameter) -> bool:
     )
 
 
-def _dtype(core: Core, parameter: Parameter) -> np.dtype[Any]:
+def _dtype(core: Library, parameter: Parameter) -> np.dtype[Any]:
     return core.dtype(parameter.pointee or parameter.ctype)
 
 
-def _column(core: Core, parameter: Parameter, value: Any) -> Any:
+def _column(core: Library, parameter: Parameter, value: Any) -> Any:
     """Return a value as an array of the parameter's type; NULL and addresses as they are."""
     dtype = _dtype(core, parameter)
     if value is _HIDDEN:
@@ -130,7 +130,7 @@ def _as_numbers(value: Any, parameter: Parameter, dtype: np.dtype[Any]) -> Array
 
 
 def _lead(
-    parameters: Sequence[Parameter], columns: Sequence[Any], core: Core, function: Function
+    parameters: Sequence[Parameter], columns: Sequence[Any], core: Library, function: Function
 ) -> tuple[int, ...]:
     """Return the shape of the array of calls; () for one call."""
     shapes = []
@@ -146,7 +146,11 @@ def _lead(
 
 
 def _many(
-    session: Session, core: Core, function: Function, columns: Sequence[Any], lead: tuple[int, ...]
+    session: Session,
+    core: Library,
+    function: Function,
+    columns: Sequence[Any],
+    lead: tuple[int, ...],
 ) -> Reply:
     """Make the calls, some thousands in one message; the reply has them all, in shape `lead`."""
     count = math.prod(lead)

@@ -9,11 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from grader.checking.shapes import Size
-from grader.lab.bridge.engine import Engine, Stage
+from grader.lab.bridge.engine import Engine, OpenSession
 from grader.lab.display.values import Camera, Light, Material, Object, Ray
 
 
-class Maker:
+class Constructor:
     """The part of Core that makes values."""
 
     size: Size
@@ -33,7 +33,7 @@ class Maker:
     ) -> Ray:
         """Return a ray; several where orig or dir are arrays of points, shape (..., 3)."""
 
-        def act(stage: Stage) -> Ray:
+        def act(stage: OpenSession) -> Ray:
             orig_array, dir_array = np.asarray(orig, np.float32), np.asarray(dir, np.float32)
             shape = np.broadcast_shapes(orig_array.shape, dir_array.shape)[:-1]
             data = np.array(stage.core.zeros("ray", shape))
@@ -93,7 +93,7 @@ class Maker:
     def light(self, position: npt.ArrayLike, col: npt.ArrayLike = (1.0, 1.0, 1.0)) -> Light:
         """Return a point of light."""
 
-        def act(stage: Stage) -> Light:
+        def act(stage: OpenSession) -> Light:
             data = np.array(stage.core.zeros("light"))
             data["position"], data["col"] = position, col
             return Light(data)

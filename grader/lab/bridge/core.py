@@ -26,11 +26,11 @@ import numpy.typing as npt
 from grader.build.target import COUNT
 from grader.checking.shapes import Size
 from grader.lab.bridge import calls
-from grader.lab.bridge.constructors import Maker
+from grader.lab.bridge.constructors import Constructor
 from grader.lab.bridge.contracts import contracts
-from grader.lab.bridge.engine import Engine, Stage
+from grader.lab.bridge.engine import Engine, OpenSession
 from grader.lab.bridge.scene import Scene, read, write
-from grader.lab.cells import compare as comparing
+from grader.lab.cells import compare
 from grader.lab.display.error_cards import sentence
 from grader.lab.display.links import core_folder
 from grader.lab.display.picture import Picture, black
@@ -74,7 +74,7 @@ class _Wanted:
     content: Scene | None = None
 
 
-class Core(Maker):
+class Core(Constructor):
     """The C code of one folder: see the module's own text for what it is used like."""
 
     def __init__(self, path: str | os.PathLike[str] | None = None) -> None:
@@ -102,7 +102,7 @@ class Core(Maker):
         picture = next((each for each in args if isinstance(each, Picture)), None)
         size = size or (picture.pixels if picture is not None else self.size)
 
-        def act(stage: Stage) -> Any:
+        def act(stage: OpenSession) -> Any:
             if not name.startswith(_APART) and picture is None:
                 self._prepare(stage, self._options)
             call = calls.bind(stage.core.functions[name], args, named)
@@ -110,13 +110,13 @@ class Core(Maker):
 
         return self._engine.run(size, name, act)
 
-    def use(self, name: str, act: Callable[[Stage], T]) -> T:
+    def use(self, name: str, act: Callable[[OpenSession], T]) -> T:
         """Let `act` use the session, with the scene and the options that were chosen.
 
         `name` is the C function that it calls, for messages. Raises Stopped.
         """
 
-        def ready(stage: Stage) -> T:
+        def ready(stage: OpenSession) -> T:
             self._prepare(stage, self._options)
             return act(stage)
 
@@ -145,7 +145,7 @@ class Core(Maker):
             self._choose(scene)
         size = size or self.size
 
-        def act(stage: Stage) -> Picture:
+        def act(stage: OpenSession) -> Picture:
             self._prepare(stage, {**self._options, **chosen})
             stage.session.set("output_image", np.zeros((size[0] * size[1], 3), np.float32))
             stage.session.call("raytrace")
@@ -160,7 +160,7 @@ class Core(Maker):
         "figure_4", "figure_5", "figure_6", "figure_7_left", "figure_7", "figure_8",
         "figure_8_right", or an expected picture such as "scene4.shadows". Raises Stopped.
         """
-        return self.render(**comparing.options(name), size=EXPECTED_SIZE)
+        return self.render(**compare.options(name), size=EXPECTED_SIZE)
 
     def tests(
         self, scene: int | Scene | None = None, *, size: Size = SMALL_SIZE, **chosen: Any
@@ -172,7 +172,7 @@ class Core(Maker):
         if scene is not None:
             self._choose(scene)
 
-        def act(stage: Stage) -> npt.NDArray[np.int64]:
+        def act(stage: OpenSession) -> npt.NDArray[np.int64]:
             self._prepare(stage, {**self._options, **chosen})
             session, ray = stage.session, stage.core.zeros("ray")
             counts = np.zeros((size[1], size[0]), np.int64)
@@ -202,7 +202,7 @@ class Core(Maker):
         if number is not None:
             self._choose(number)
 
-        def act(stage: Stage) -> Scene:
+        def act(stage: OpenSession) -> Scene:
             self._prepare(stage, self._options)
             return read(stage)
 
@@ -241,7 +241,7 @@ class Core(Maker):
     def _choose(self, scene: int | Scene) -> None:
         self._scene = _Wanted(scene) if isinstance(scene, int) else _Wanted(content=scene)
 
-    def _prepare(self, stage: Stage, chosen: dict[str, Any]) -> None:
+    def _prepare(self, stage: OpenSession, chosen: dict[str, Any]) -> None:
         """Bring the options and the scene of a session up to what is wanted here."""
         if stage.options != chosen:
             self._set_options(stage, chosen)
@@ -250,7 +250,7 @@ class Core(Maker):
             write(stage, wanted.content or wanted.number, self._engine.folder)
             self._scene = stage.placed = wanted
 
-    def _set_options(self, stage: Stage, chosen: dict[str, Any]) -> None:
+    def _set_options(self, stage: OpenSession, chosen: dict[str, Any]) -> None:
         if stage.defaults is None:
             stage.defaults = stage.session.get("options")
         options = np.array(stage.defaults)

@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from grader.execution.session import Core as Library
-from grader.execution.session import Session
+from grader.build.records import Target
+from grader.execution.session import Library, Session
 from grader.lab.bridge.core import Core
-from grader.records import Target
 
 Array = npt.NDArray[Any]
 

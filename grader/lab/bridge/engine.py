@@ -16,24 +16,27 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from grader.build.builder import build
+from grader.build.records import BindError, BuildResult, BuildStatus, Target
 from grader.checking.shapes import Size
-from grader.evaluation import remarks as notes
+from grader.course.message import UserError
+from grader.evaluation import remarks
 from grader.execution import session as runner
+from grader.execution.records import Cause
 from grader.execution.session import Session
 from grader.execution.worker_process import (
     Died,
     Limits,
     MachineError,
     Missing,
-    Process,
+    WorkerProcess,
     start_worker,
 )
+from grader.intake.records import Submission
 from grader.intake.submission import read_submission
-from grader.lab.display import error_cards as complaints
+from grader.lab.display import error_cards
 from grader.lab.display.links import outputs
 from grader.lab.display.stopped import Stopped, display
 from grader.lab.display.words import texts
-from grader.records import BindError, BuildResult, BuildStatus, Cause, Submission, Target, Told
 
 T = TypeVar("T")
 
@@ -57,10 +60,10 @@ def marks(folder: Path) -> Marks:
 
 
 @dataclass
-class Stage:
+class OpenSession:
     """A session for one picture size, and what it was started with."""
 
-    core: runner.Core
+    core: runner.Library
     session: Session
     closing: ExitStack
     placed: object = None  # what the scene was last set to; Core compares it
@@ -96,10 +99,10 @@ class Engine:
         self._again = False
         self._said: tuple[str, ...] = ()
         self._builds: dict[Target, BuildResult] = {}
-        self._stages: dict[Target, Stage] = {}
+        self._stages: dict[Target, OpenSession] = {}
         self._stack = ExitStack()
-        self._worker: Process | None = None
-        self._cores: dict[str, runner.Core] = {}  # by library, of this worker
+        self._worker: WorkerProcess | None = None
+        self._cores: dict[str, runner.Library] = {}  # by library, of this worker
         _latest[:] = [weakref.ref(self)]
         atexit.register(self.close)  # the sessions end before their worker
 
@@ -110,7 +113,9 @@ class Engine:
         self._cores.clear()
         self._worker = None
 
-    def run(self, size: Size, call: str, act: Callable[[Stage], T], counted: bool = False) -> T:
+    def run(
+        self, size: Size, call: str, act: Callable[[OpenSession], T], counted: bool = False
+    ) -> T:
         """Let `act` use a session; `call` is the C call, for messages. Raises Stopped.
 
         `counted`: that of the library which counts the tests of objects.
@@ -123,20 +128,20 @@ class Engine:
         except KeyboardInterrupt:
             death = stage.session.interrupt()
             self._drop(target)
-            raise Stopped(complaints.interrupted(self.folder, call, death), by_hand=True) from None
+            raise Stopped(error_cards.interrupted(self.folder, call, death), by_hand=True) from None
 
-    def _acted(self, target: Target, stage: Stage, act: Callable[[Stage], T]) -> T:
+    def _acted(self, target: Target, stage: OpenSession, act: Callable[[OpenSession], T]) -> T:
         try:
             try:
                 return act(stage)
             finally:
-                complaints.tell_printed(stage.session)
+                error_cards.tell_printed(stage.session)
         except Died as error:
             self._drop(target)
             self._again |= error.death.cause is Cause.TIMEOUT
             raise
 
-    def stage(self, target: Target) -> Stage:
+    def stage(self, target: Target) -> OpenSession:
         """Return the session of a target, built and started if need be. Raises Stopped."""
         self.refresh()
         try:
@@ -144,11 +149,11 @@ class Engine:
                 if target not in self._stages:
                     self._start(target)
         except KeyboardInterrupt:
-            raise Stopped(complaints.sentence("lab.build_stopped"), by_hand=True) from None
+            raise Stopped(error_cards.sentence("lab.build_stopped"), by_hand=True) from None
         return self._stages[target]
 
     @contextmanager
-    def apart(self, target: Target, call: str) -> Iterator[tuple[runner.Core, Session]]:
+    def apart(self, target: Target, call: str) -> Iterator[tuple[runner.Library, Session]]:
         """Lend a session that is not kept, for what changes the scene by hand. Raises Stopped."""
         self.refresh()
         with self._telling(call):
@@ -162,14 +167,14 @@ class Engine:
         try:
             yield
         except Died as error:
-            raise Stopped(complaints.died(self.folder, call, error.death)) from None
+            raise Stopped(error_cards.died(self.folder, call, error.death)) from None
         except Missing as error:
-            raise Stopped(complaints.sentence("failure.missing", name=error.name)) from None
-        except Told as error:
-            raise Stopped(complaints.sentence(error.key, **error.values)) from None
+            raise Stopped(error_cards.sentence("failure.missing", name=error.name)) from None
+        except UserError as error:
+            raise Stopped(error_cards.sentence(error.key, **error.values)) from None
         except (BindError, MachineError) as error:
             self.close()
-            raise Stopped(complaints.sentence("machine.failed", detail=error)) from None
+            raise Stopped(error_cards.sentence("machine.failed", detail=error)) from None
 
     @property
     def limit(self) -> float:
@@ -183,8 +188,8 @@ class Engine:
             return False
         try:
             submission = read_submission(self.folder)
-        except Told as error:
-            raise Stopped(complaints.sentence(error.key, **error.values)) from None
+        except UserError as error:
+            raise Stopped(error_cards.sentence(error.key, **error.values)) from None
         if submission.files != self.now.files:
             self.before, self.now = self.now, Saved(found, submission.files)
             self.errors, self._again = "", False
@@ -199,7 +204,7 @@ class Engine:
         result = self._built(target)
         if result.status is not BuildStatus.BUILT or result.rejected:
             self.errors = result.log
-            raise Stopped(complaints.not_built(self.folder, result))
+            raise Stopped(error_cards.not_built(self.folder, result))
         return result
 
     def _start(self, target: Target) -> None:
@@ -210,7 +215,7 @@ class Engine:
         closing = ExitStack()
         limits = Limits(cpu=self.limit, each_call=True)
         session = closing.enter_context(core.session(limits))
-        self._stages[target] = Stage(core, session, closing)
+        self._stages[target] = OpenSession(core, session, closing)
 
     def _built(self, target: Target) -> BuildResult:
         if target not in self._builds:
@@ -222,20 +227,20 @@ class Engine:
 
     def _tell(self, submission: Submission, result: BuildResult) -> None:
         """Say what is odd about the files as a whole, once."""
-        said = tuple(notes.notes(submission, [result], True, texts()))
+        said = tuple(remarks.notes(submission, [result], True, texts()))
         if said != self._said:
             self._said = said
             for each in said:
-                display(complaints.remark(each))
+                display(error_cards.remark(each))
 
-    def _core(self, result: BuildResult) -> runner.Core:
+    def _core(self, result: BuildResult) -> runner.Library:
         """Return a library made known to the worker."""
         # Declared once: its file would be written again under the sessions that have it loaded.
         if result.library not in self._cores:
-            self._cores[result.library] = runner.Core(self._started(), result)
+            self._cores[result.library] = runner.Library(self._started(), result)
         return self._cores[result.library]
 
-    def _started(self) -> Process:
+    def _started(self) -> WorkerProcess:
         """Return the worker of these files; it starts while they are compiled."""
         if self._worker is None:
             self._worker = self._stack.enter_context(start_worker())

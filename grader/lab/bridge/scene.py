@@ -11,7 +11,7 @@ import numpy as np
 from PIL import Image
 
 from grader.course.exercises import CORE
-from grader.lab.bridge.engine import Stage
+from grader.lab.bridge.engine import OpenSession
 from grader.lab.display.card import Shown, stack
 from grader.lab.display.error_cards import sentence
 from grader.lab.display.stopped import Stopped
@@ -55,7 +55,7 @@ class Scene:
         return stack([Shown(each._repr_html_(), repr(each)) for each in parts])
 
 
-def read(stage: Stage) -> Scene:
+def read(stage: OpenSession) -> Scene:
     """Return the scene of a session."""
     session = stage.session
     return Scene(
@@ -65,7 +65,7 @@ def read(stage: Stage) -> Scene:
     )
 
 
-def write(stage: Stage, scene: int | Scene, folder: Path) -> None:
+def write(stage: OpenSession, scene: int | Scene, folder: Path) -> None:
     """Set a scene up in a session. Raises Stopped when there is no such scene, or it is full."""
     session = stage.session
     if isinstance(scene, Scene):
@@ -77,7 +77,7 @@ def write(stage: Stage, scene: int | Scene, folder: Path) -> None:
         _lend_texture(stage, folder)
 
 
-def _fill(stage: Stage, scene: Scene) -> None:
+def _fill(stage: OpenSession, scene: Scene) -> None:
     session, constants = stage.session, stage.core.constants
     for items, most in ((scene.objects, "SCENE_SIZE"), (scene.lights, "MAX_LIGHTS")):
         if len(items) > constants[most]:
@@ -94,7 +94,7 @@ def _fill(stage: Stage, scene: Scene) -> None:
     session.call("scene_changed")
 
 
-def _lend_texture(stage: Stage, folder: Path) -> None:
+def _lend_texture(stage: OpenSession, folder: Path) -> None:
     """Give the session the image that ./mrt reads beside itself."""
     own = folder / TEXTURE
     with Image.open(own if own.is_file() else CORE / TEXTURE) as file:

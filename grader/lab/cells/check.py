@@ -7,31 +7,25 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
+from grader.build.records import BindError
 from grader.checking.shapes import Size
 from grader.course import exercises as manifest
 from grader.course.exercises import Exercise
+from grader.course.message import UserError
 from grader.course.sizes import sizes_for
-from grader.evaluation.grading import conclude
-from grader.execution.libraries import Workshop
+from grader.evaluation.grading import grade
+from grader.evaluation.records import CheckResult, ExerciseResult, Outcome, Pixel, PytestError
+from grader.execution.libraries import Libraries
 from grader.execution.worker_process import MachineError
 from grader.intake.submission import read_submission
 from grader.lab.bridge.engine import marks
-from grader.lab.display import error_cards as complaints
+from grader.lab.display import error_cards
 from grader.lab.display.card import Shown, card, code, escape, fold, stack
 from grader.lab.display.links import core_folder, outputs
 from grader.lab.display.picture import tag
 from grader.lab.display.stopped import Stopped
 from grader.lab.display.words import say, texts
 from grader.lab.inspector.jump import Checked, pointed
-from grader.records import (
-    BindError,
-    CheckResult,
-    ExerciseResult,
-    Outcome,
-    Pixel,
-    PytestError,
-    Told,
-)
 
 SYMBOLS = {
     Outcome.PASSED: "✓",
@@ -60,7 +54,7 @@ class Judge:
     def __init__(self) -> None:
         self.done: dict[str, Judged] = {}  # by exercise, of this session
         self._key: object = None
-        self._workshop: Workshop | None = None
+        self._libraries: Libraries | None = None
         self._stack = ExitStack()
 
     def judge(self, exercise: Exercise) -> Judged:
@@ -68,19 +62,19 @@ class Judge:
         from grader.evaluation.plugin import run_checks
 
         try:
-            workshop = self._open(core_folder(), sizes_for(exercise.tp))
+            libraries = self._open(core_folder(), sizes_for(exercise.tp))
             rules, chosen = manifest.load(), [each.id for each in exercise.checks]
-            findings = run_checks(workshop, rules, exercise.tp, chosen)
-        except Told as error:
-            raise Stopped(complaints.sentence(error.key, **error.values)) from None
+            findings = run_checks(libraries, rules, exercise.tp, chosen)
+        except UserError as error:
+            raise Stopped(error_cards.sentence(error.key, **error.values)) from None
         except (BindError, MachineError, PytestError) as error:
             self.close()
-            raise Stopped(complaints.sentence("machine.failed", detail=error)) from None
+            raise Stopped(error_cards.sentence("machine.failed", detail=error)) from None
         rejected = {
-            name: texts().say(verdict.key, **verdict.values)
-            for name, verdict in workshop.rejected.items()
+            name: texts().say(message.key, **message.values)
+            for name, message in libraries.rejected.items()
         }
-        checks, results = conclude(findings, rules, texts(), rejected=rejected)
+        checks, results = grade(findings, rules, texts(), rejected=rejected)
         result = next(each for each in results if each.id == exercise.id)
         judged = Judged(result, tuple(each for each in checks if each.exercise == exercise.id))
         self.done[exercise.id] = judged
@@ -89,16 +83,16 @@ class Judge:
     def close(self) -> None:
         """Forget the builds, and end their workers."""
         self._stack.close()
-        self._workshop = self._key = None
+        self._libraries = self._key = None
 
-    def _open(self, folder: Path, sizes: Sequence[Size]) -> Workshop:
+    def _open(self, folder: Path, sizes: Sequence[Size]) -> Libraries:
         key = (folder, marks(folder), tuple(sizes))
-        if self._workshop is None or key != self._key:
+        if self._libraries is None or key != self._key:
             self.close()
             submission = read_submission(folder)
-            workshop = Workshop(submission, sizes, outputs() / "cache")
-            self._workshop, self._key = self._stack.enter_context(workshop), key
-        return self._workshop
+            libraries = Libraries(submission, sizes, outputs() / "cache")
+            self._libraries, self._key = self._stack.enter_context(libraries), key
+        return self._libraries
 
 
 JUDGE = Judge()
@@ -121,9 +115,9 @@ def _exercise(name: str) -> Exercise:
         exercise = rules.exercise(name.upper())
     except KeyError:
         known = ", ".join(each.id for each in rules.exercises if each.checks)
-        raise Stopped(complaints.sentence("lab.no_exercise", name=name, known=known)) from None
+        raise Stopped(error_cards.sentence("lab.no_exercise", name=name, known=known)) from None
     if not exercise.checks:
-        raise Stopped(complaints.sentence("lab.no_checks", name=exercise.id))
+        raise Stopped(error_cards.sentence("lab.no_checks", name=exercise.id))
     return exercise
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from PIL import Image
 
 from grader.checking.expected_data import FOLDER
-from grader.checking.pictures.plan import Picture as Plan
+from grader.checking.pictures.plan import ExpectedPicture
 from grader.lab.display.card import Shown
 from grader.lab.display.error_cards import sentence
 from grader.lab.display.picture import Array, draw, figure, levels, new_figure
@@ -18,27 +18,27 @@ from grader.lab.display.stopped import Stopped
 from grader.lab.display.words import say, texts
 
 # The handout's figures; those of scenes are among the expected pictures.
-FIGURES: Mapping[str, Plan] = {
-    "figure_4": Plan(0, "flat"),
-    "figure_5": Plan(0, "blinn_phong"),
-    "figure_6": Plan(0, "shadows"),
-    "figure_7_left": Plan(0, "mirror"),
-    "figure_7": Plan(0, "fresnel"),
-    "figure_8": Plan(0, "smooth"),
-    "figure_8_right": Plan(4, "smooth"),
+FIGURES: Mapping[str, ExpectedPicture] = {
+    "figure_4": ExpectedPicture(0, "flat"),
+    "figure_5": ExpectedPicture(0, "blinn_phong"),
+    "figure_6": ExpectedPicture(0, "shadows"),
+    "figure_7_left": ExpectedPicture(0, "mirror"),
+    "figure_7": ExpectedPicture(0, "fresnel"),
+    "figure_8": ExpectedPicture(0, "smooth"),
+    "figure_8_right": ExpectedPicture(4, "smooth"),
 }
 PICTURES = FOLDER / "pictures"
 FULL_SCALE = 0.25  # of the difference: the same for every picture, so that two can be compared
 SEEN = 3 / 255  # below, nobody sees a difference
 
 
-def plan(name: str) -> Plan:
+def plan(name: str) -> ExpectedPicture:
     """Return which scene and options a figure, or "scene4.shadows", is. Raises Stopped."""
     if name in FIGURES:
         return FIGURES[name]
     scene, _, stage = name.removeprefix("scene").partition(".")
     if name.startswith("scene") and scene.isdigit() and _file(name).is_file():
-        return Plan(int(scene), stage)
+        return ExpectedPicture(int(scene), stage)
     raise Stopped(sentence("lab.no_figure", name=name, known=", ".join(FIGURES)))
 
 

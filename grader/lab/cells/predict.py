@@ -14,7 +14,7 @@ from grader.lab.display.words import say
 FILE = "predictions.json"
 
 
-class Question:
+class Prediction:
     """The choices of a question, as buttons; with their text where there are no buttons."""
 
     def __init__(self, name: str, options: Sequence[str]) -> None:
@@ -30,13 +30,13 @@ class Question:
         return _told(self.name, self.options).text
 
 
-def predict(name: str, options: Sequence[str], answer: str | None = None) -> Question | Shown:
+def predict(name: str, options: Sequence[str], answer: str | None = None) -> Prediction | Shown:
     """Ask for a choice, such as predict("tp1.first_pixel", "ABC"); it is kept, for no points.
 
     Where there are no buttons to click, `answer="B"` gives the choice. Raises Stopped.
     """
     if answer is None:
-        return Question(name, options)
+        return Prediction(name, options)
     if answer not in tuple(options):
         raise Stopped(sentence("lab.no_option", answer=answer, options=", ".join(options)))
     _keep(name, answer)

@@ -6,14 +6,14 @@ import difflib
 from pathlib import Path
 from typing import Any
 
-from grader.course import exercises as manifest
+from grader.course import exercises
+from grader.evaluation.records import CheckResult, Outcome
 from grader.lab.bridge.engine import Engine, last_engine
 from grader.lab.cells.check import JUDGE, SYMBOLS, explained
 from grader.lab.cells.source import coloured, find
 from grader.lab.display.card import Shown, card, code, escape, stack, table
 from grader.lab.display.links import core_folder, graded, link
 from grader.lab.display.words import say, texts
-from grader.records import CheckResult, Outcome
 
 MAX_CHANGES = 30  # lines
 _BAD = (Outcome.FAILED, Outcome.CRASHED, Outcome.TIMEOUT)
@@ -23,7 +23,7 @@ def progress() -> Shown:
     """Return every exercise with what is known of it: this session's checks, or the last grade."""
     rows: list[list[Shown | str]] = []
     last = {each["id"]: each for each in graded().get("exercises", [])}
-    for exercise in manifest.load().exercises:
+    for exercise in exercises.load().exercises:
         if not exercise.checks:
             continue
         outcome, points, when = _known(exercise.id, last.get(exercise.id))

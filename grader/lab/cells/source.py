@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from grader.course import exercises as manifest
+from grader.course import exercises
 from grader.lab.display.card import Shown, escape
 from grader.lab.display.error_cards import sentence
 from grader.lab.display.links import core_folder, link
@@ -42,7 +42,7 @@ def source(function: str) -> Shown:
 def find(function: str, folder: Path | None = None) -> Found | None:
     """Look for the definition of a function, in its own file first."""
     folder = folder or core_folder()
-    rules = manifest.load()
+    rules = exercises.load()
     first = [each.file for each in rules.exercises if function in each.functions]
     others = [name for name in rules.student if name.endswith(".c")]
     names = dict.fromkeys([*first, *others, *sorted(path.name for path in folder.glob("*.c"))])

@@ -8,12 +8,13 @@ from pathlib import Path
 
 from grader.build import diagnostics
 from grader.build.diagnostics import Diagnostic
-from grader.execution import death_messages as deaths
+from grader.build.records import BuildResult
+from grader.execution import death_messages
+from grader.execution.records import Death
 from grader.execution.session import Session
 from grader.lab.display.card import Shown, card, code, escape, note, stack
 from grader.lab.display.links import link
 from grader.lab.display.words import say, texts
-from grader.records import BuildResult, Death
 
 MAX_ERRORS = 3
 MAX_LINES, MAX_COLUMNS = 40, 200  # of what one call printed
@@ -47,8 +48,8 @@ def not_built(folder: Path, result: BuildResult) -> Shown:
 
 def died(folder: Path, call: str, death: Death) -> Shown:
     """Return how a call ended, with the lines around the place."""
-    said = deaths.verdict(death, f"{call}()" if call else "")
-    return _ended(folder, deaths.told(said, death.location, texts()), death.location)
+    said = death_messages.message(death, f"{call}()" if call else "")
+    return _ended(folder, death_messages.told(said, death.location, texts()), death.location)
 
 
 def interrupted(folder: Path, call: str, death: Death) -> Shown:

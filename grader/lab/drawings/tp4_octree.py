@@ -17,7 +17,7 @@ from mpl_toolkits.mplot3d.art3d import Line3DCollection  # type: ignore[import-u
 
 from grader.lab.bridge.core import Core
 from grader.lab.bridge.counting import counter
-from grader.lab.bridge.engine import Stage
+from grader.lab.bridge.engine import OpenSession
 from grader.lab.display.card import Shown
 from grader.lab.display.picture import MAP, figure, new_figure
 from grader.lab.display.plots import BLUE, GREY, LIGHT, ORANGE, digits, number, pixel_axes, sentence
@@ -82,7 +82,7 @@ def _cut(
 # ---- The student's tree -------------------------------------------------------------------------
 
 
-def _read_tree(stage: Stage) -> Boxes:
+def _read_tree(stage: OpenSession) -> Boxes:
     """Return the boxes of the tree of the scene in use, the root first; none without a tree."""
     found: Boxes = []
     waiting = [(int(stage.session.get("scene_octree")), 0)]

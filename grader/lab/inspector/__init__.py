@@ -13,13 +13,13 @@ from __future__ import annotations
 from typing import Any
 
 from grader.checking.expected_data import FOLDER, ExpectedError
-from grader.checking.pictures import expected_files as stored
-from grader.checking.pictures.plan import PATTERNED, SCENES, Picture
+from grader.checking.pictures import expected_files
+from grader.checking.pictures.plan import PATTERNED, SCENES, ExpectedPicture
 from grader.checking.pictures.worst_pixels import worst_pixel
 from grader.checking.shapes import Size
 from grader.lab.bridge.core import EXPECTED_SIZE, Core
 from grader.lab.bridge.scene import Scene
-from grader.lab.cells import compare as comparing
+from grader.lab.cells import compare
 from grader.lab.display.card import Shown, note, stack
 from grader.lab.display.error_cards import sentence
 from grader.lab.display.links import core_folder
@@ -27,7 +27,7 @@ from grader.lab.display.stopped import Stopped
 from grader.lab.display.vectors import Array
 from grader.lab.display.words import say
 from grader.lab.inspector import rows, space
-from grader.lab.inspector.looking import Looking, Seen
+from grader.lab.inspector.looking import InspectedScene, Seen
 
 __all__ = ["Inspection", "inspect", "shown"]
 
@@ -55,36 +55,36 @@ def inspect(
     Raises Stopped.
     """
     folder = core.engine.folder if core is not None else core_folder()
-    picture = Picture(scene, FULL) if isinstance(scene, int) and not chosen else None
+    picture = ExpectedPicture(scene, FULL) if isinstance(scene, int) and not chosen else None
     texels = None
     if isinstance(scene, str):
-        picture = comparing.plan(scene)
-        options = comparing.options(scene)
+        picture = compare.plan(scene)
+        options = compare.options(scene)
         scene = int(options.pop("scene"))
         chosen = {**options, **chosen}
         texels = _texels(picture)
-    looking = Looking(folder, scene, size, chosen, texels)
+    inspected = InspectedScene(folder, scene, size, chosen, texels)
     if pixel is None:
-        pixel = _start(looking, picture)
+        pixel = _start(inspected, picture)
     elif len(pixel) != 2:
         raise Stopped(sentence("lab.inspect.no_pixel", scene=scene))
-    return Inspection(looking, looking.look(int(pixel[0]), int(pixel[1])))
+    return Inspection(inspected, inspected.look(int(pixel[0]), int(pixel[1])))
 
 
 class Inspection:
     """An inspector in a cell: a widget, or a picture and a table where there is no widget."""
 
-    def __init__(self, looking: Looking, seen: Seen) -> None:
-        self.looking, self.seen = looking, seen
+    def __init__(self, inspected: InspectedScene, seen: Seen) -> None:
+        self.inspected, self.seen = inspected, seen
 
     def at(self, i: int, j: int) -> Inspection:
         """Look at another pixel: column i, row j."""
-        self.seen = self.looking.look(i, j)
+        self.seen = self.inspected.look(i, j)
         return self
 
     def shown(self) -> Shown:
         """Return the static page: sentences, table and picture."""
-        return shown(self.looking, self.seen)
+        return shown(self.inspected, self.seen)
 
     def _repr_mimebundle_(self, include: Any = None, exclude: Any = None) -> dict[str, Any]:
         """Return the widget, and beside it what a page without widgets shows."""
@@ -95,39 +95,39 @@ class Inspection:
         """Return what Jupyter needs to show the widget; `fold` is the title that unfolds it."""
         from grader.lab.inspector.widget import bundle
 
-        return bundle(self.looking, self.seen, fold)
+        return bundle(self.inspected, self.seen, fold)
 
     def __repr__(self) -> str:
-        return rows.told(self.looking, self.seen).text
+        return rows.told(self.inspected, self.seen).text
 
 
-def shown(looking: Looking, seen: Seen) -> Shown:
+def shown(inspected: InspectedScene, seen: Seen) -> Shown:
     """Return a pixel as a static page."""
-    parts = [rows.told(looking, seen), space.static(looking, seen)]
-    if looking.ended is not None:
+    parts = [rows.told(inspected, seen), space.static(inspected, seen)]
+    if inspected.ended is not None:
         head = note(say("inspect.not_drawn"), "bad")
-        parts = [head, *([looking.ended] if seen.stopped is None else []), *parts]
+        parts = [head, *([inspected.ended] if seen.stopped is None else []), *parts]
     return stack(parts)
 
 
-def _texels(picture: Picture) -> Array | None:
+def _texels(picture: ExpectedPicture) -> Array | None:
     """Return the texture that an expected picture was drawn with, if it has one of its own."""
     try:
-        return stored.read_texels(FOLDER) if picture.scene in PATTERNED else None
+        return expected_files.read_texels(FOLDER) if picture.scene in PATTERNED else None
     except ExpectedError:
         return None
 
 
-def _start(looking: Looking, picture: Picture | None) -> tuple[int, int]:
+def _start(inspected: InspectedScene, picture: ExpectedPicture | None) -> tuple[int, int]:
     """Return the pixel that is most wrong, if that can be told, or else the middle."""
-    width, height = looking.probe.size
+    width, height = inspected.probe.size
     middle = width // 2, height // 2
-    if picture is None or (width, height) != EXPECTED_SIZE or looking.ended:
+    if picture is None or (width, height) != EXPECTED_SIZE or inspected.ended:
         return middle
-    drawn_alike = looking.has_texture or picture.scene not in PATTERNED
+    drawn_alike = inspected.has_texture or picture.scene not in PATTERNED
     if picture.stage not in SCENES.get(picture.scene, ()) or not drawn_alike:
         return middle
     try:
-        return worst_pixel(FOLDER, picture, looking.picture) or middle
+        return worst_pixel(FOLDER, picture, inspected.picture) or middle
     except ExpectedError:
         return middle

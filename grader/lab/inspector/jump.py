@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from grader.evaluation.records import Pixel
 from grader.lab.display.card import Shown, code, escape, fold
 from grader.lab.display.stopped import Stopped, display
 from grader.lab.display.words import say
 from grader.lab.inspector import Inspection, inspect
-from grader.records import Pixel
 
 
 def pointed(pixel: Pixel) -> Shown:
@@ -56,6 +56,6 @@ def jump(pixel: Pixel) -> Jump | None:
         found = inspect(pixel.picture, (pixel.i, pixel.j))
     except Stopped:
         return None
-    found.looking.close()
+    found.inspected.close()
     title = say("inspect.unfold", picture=pixel.picture, i=pixel.i, j=pixel.j)
     return Jump(fold(title, found.shown().html), title, title, found)

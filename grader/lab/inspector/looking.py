@@ -12,15 +12,14 @@ import numpy as np
 from grader.checking.expected_data import FOLDER, ExpectedError, lend_texture
 from grader.checking.pictures.plan import THINGS, thing
 from grader.checking.shapes import Size
-from grader.evaluation.replay.case import Case, Fault
+from grader.evaluation.replay.case import ReplayedPixel, WrongValue
 from grader.evaluation.replay.expected_maps import object_map, wanted
 from grader.evaluation.replay.faults import first
 from grader.evaluation.replay.probe import Probe
 from grader.evaluation.replay.ray_tree import SKY
-from grader.execution.session import Core as Library
-from grader.execution.session import Session
+from grader.execution.session import Library, Session
 from grader.lab.bridge.core import Core
-from grader.lab.bridge.engine import Stage, marks
+from grader.lab.bridge.engine import OpenSession, marks
 from grader.lab.bridge.scene import Scene
 from grader.lab.display.card import Shown
 from grader.lab.display.picture import Picture, black
@@ -39,12 +38,12 @@ class Seen:
     """What is seen at a pixel: its replay, or what ended it."""
 
     pixel: tuple[int, int]
-    case: Case | None = None
-    fault: Fault | None = None
+    case: ReplayedPixel | None = None
+    fault: WrongValue | None = None
     stopped: Shown | None = None
 
 
-class _Desk:
+class _LibraryCaller:
     """The session that stays, with the scene; and with another texture, if one is given."""
 
     def __init__(self, core: Core, texels: Array | None) -> None:
@@ -54,7 +53,7 @@ class _Desk:
     def ask(self, name: str, act: Callable[[Session, Library], T]) -> T:
         """Let `act` use the session. Raises Stopped."""
 
-        def lent(stage: Stage) -> T:
+        def lent(stage: OpenSession) -> T:
             if self._texels is not None and stage.placed is not self._lent:
                 lend_texture(stage.session, stage.core, self._texels)
                 self._lent = stage.placed
@@ -63,7 +62,7 @@ class _Desk:
         return self._core.use(name, lent)
 
 
-class Looking:
+class InspectedScene:
     """The code of a folder at work on a scene."""
 
     def __init__(
@@ -88,7 +87,7 @@ class Looking:
         else:
             self._core.scene(scene)
         number = scene if isinstance(scene, int) else None
-        self.probe = Probe(_Desk(self._core, texels), size, number)
+        self.probe = Probe(_LibraryCaller(self._core, texels), size, number)
         self.picture: Picture = black(size)
         self.ended: Shown | None = None  # what ended the drawing of the picture
         self._marks: object = None
@@ -116,7 +115,7 @@ class Looking:
             root = self.probe.replay(i, j)
             drawn = None if self.ended else np.asarray(self.picture[j, i])
             expected = wanted(FOLDER, self.probe.number, self.probe.size, i, j)
-            case = Case(self.probe, (i, j), root, expected, drawn, FOLDER)
+            case = ReplayedPixel(self.probe, (i, j), root, expected, drawn, FOLDER)
             return Seen((i, j), case, _first(case))
         except Stopped as error:
             if error.by_hand:
@@ -144,7 +143,7 @@ class Looking:
         return object_map(FOLDER, self.probe.number, self.probe.size)
 
 
-def _first(case: Case) -> Fault | None:
+def _first(case: ReplayedPixel) -> WrongValue | None:
     """Return the first wrong value; None too where the expected data is not whole."""
     try:
         return first(case)

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from grader.evaluation.replay.case import Fault
+from grader.evaluation.replay.case import WrongValue
 from grader.evaluation.replay.expected_maps import NO_BLOCKER
 from grader.evaluation.replay.faults import differs_from_own
 from grader.evaluation.replay.ray_tree import Lit, Node
 from grader.lab.display.card import Shown, card, escape, fold, stack, table
 from grader.lab.display.vectors import Array, Color, Vec3, number, swatch
 from grader.lab.display.words import say, texts
-from grader.lab.inspector.looking import Looking, Seen
+from grader.lab.inspector.looking import InspectedScene, Seen
 
 COLUMNS = ("ray", "meets", "color", "t", "point", "normal", "n_l", "seen", "k")
 # The column in which a wrong value stands; the others stand for the whole ray.
@@ -40,22 +40,24 @@ class Row:
     wrong: str = ""  # the column in which the first wrong value stands
 
 
-def rows(looking: Looking, seen: Seen) -> list[Row]:
+def rows(inspected: InspectedScene, seen: Seen) -> list[Row]:
     """Return the rows of a pixel that was replayed."""
     if seen.case is None:
         return []
     made: list[Row] = []
     before: Node | None = None
     for depth, node in enumerate(seen.case.root.walk()):
-        made.append(_ray(looking, node, before, depth, seen.fault))
+        made.append(_ray(inspected, node, before, depth, seen.fault))
         made += [_light(depth, each, seen.fault) for each in node.lights]
         before = node
     return made
 
 
-def _ray(looking: Looking, node: Node, before: Node | None, depth: int, fault: Fault | None) -> Row:
+def _ray(
+    inspected: InspectedScene, node: Node, before: Node | None, depth: int, fault: WrongValue | None
+) -> Row:
     cells: dict[str, Shown | str] = {"ray": say(f"inspect.ray.{node.kind.value}", depth=depth)}
-    cells["meets"] = say("inspect.too_deep") if node.is_beyond else looking.name(node.object)
+    cells["meets"] = say("inspect.too_deep") if node.is_beyond else inspected.name(node.object)
     if node.hit is not None:
         cells["t"] = number(node.hit.t)
         cells["point"] = repr(Vec3(node.hit.position))
@@ -66,7 +68,7 @@ def _ray(looking: Looking, node: Node, before: Node | None, depth: int, fault: F
     return Row(str(depth), depth, cells, _wrong(fault, depth, None))
 
 
-def _light(depth: int, lit: Lit, fault: Fault | None) -> Row:
+def _light(depth: int, lit: Lit, fault: WrongValue | None) -> Row:
     if lit.seen is None:
         seen = say("inspect.not_looked")
     else:
@@ -80,7 +82,7 @@ def _light(depth: int, lit: Lit, fault: Fault | None) -> Row:
     return Row(f"{depth}.{lit.index}", depth + 1, cells, _wrong(fault, depth, lit.index))
 
 
-def _wrong(fault: Fault | None, depth: int, light: int | None) -> str:
+def _wrong(fault: WrongValue | None, depth: int, light: int | None) -> str:
     if fault is None or (fault.depth, fault.light) != (depth, light):
         return ""
     return _PLACES.get(fault.value, "ray") or fault.value
@@ -93,33 +95,33 @@ def _colored(color: Array) -> Shown:
 # ---- As HTML and text --------------------------------------------------------------------------
 
 
-def told(looking: Looking, seen: Seen) -> Shown:
+def told(inspected: InspectedScene, seen: Seen) -> Shown:
     """Return everything about a pixel: the sentences, then the table."""
     if seen.stopped is not None:
         i, j = seen.pixel
         head = say("inspect.stopped", i=i, j=j)
         return stack([Shown(f"<p>{escape(head)}</p>", head), seen.stopped])
-    return stack([summary(looking, seen), tabled(rows(looking, seen))])
+    return stack([summary(inspected, seen), tabled(rows(inspected, seen))])
 
 
-def summary(looking: Looking, seen: Seen) -> Shown:
+def summary(inspected: InspectedScene, seen: Seen) -> Shown:
     """Return the pixel's colour, whether it is the sum of its parts, and what goes wrong first."""
-    lines = list(_sentences(looking, seen))
+    lines = list(_sentences(inspected, seen))
     inside = "".join(f"<p>{escape(each)}</p>" for each in lines)
     text = "\n".join(lines)
     if seen.fault is not None and seen.fault.wanted:
-        asked = [say("inspect.wanted", value=seen.fault.wanted), *_reference(looking, seen)]
+        asked = [say("inspect.wanted", value=seen.fault.wanted), *_reference(inspected, seen)]
         told = "".join(f"<p>{escape(each)}</p>" for each in asked)
         inside += fold(say("inspect.ask"), told)
     return card(inside, text, "bad" if seen.fault else "plain")
 
 
-def _sentences(looking: Looking, seen: Seen) -> Iterator[str]:
+def _sentences(inspected: InspectedScene, seen: Seen) -> Iterator[str]:
     case, (i, j) = seen.case, seen.pixel
     if case is None:
         return
     color = repr(Color(case.root.trace))
-    yield say("inspect.pixel", i=i, j=j, thing=looking.name(case.root.object), color=color)
+    yield say("inspect.pixel", i=i, j=j, thing=inspected.name(case.root.object), color=color)
     if differs_from_own(case):
         yield say("inspect.something_else", got=color, total=repr(Color(case.root.total)))
     if seen.fault is not None:
@@ -130,25 +132,25 @@ def _sentences(looking: Looking, seen: Seen) -> Iterator[str]:
         yield say("inspect.no_maps")
 
 
-def _reference(looking: Looking, seen: Seen) -> Iterator[str]:
+def _reference(inspected: InspectedScene, seen: Seen) -> Iterator[str]:
     """Tell what the reference meets at the pixel, and the light there, for who asks."""
     wanted = seen.case.wanted if seen.case is not None else None
     if wanted is None:
         return
-    lights = range(len(looking.probe.content.lights))
+    lights = range(len(inspected.probe.content.lights))
     yield say(
         "inspect.reference",
-        thing=looking.name(int(wanted.object[0])),
+        thing=inspected.name(int(wanted.object[0])),
         n_l=", ".join(number(float(wanted.n_l[0, k])) for k in lights),
         seen=", ".join(str(k) for k in lights if wanted.blocker[0, k] == NO_BLOCKER) or "-",
-        bounces=int(wanted.bounces[0, int(looking.probe.on("fresnel"))]),
+        bounces=int(wanted.bounces[0, int(inspected.probe.on("fresnel"))]),
     )
 
 
-def sentence(fault: Fault) -> str:
+def sentence(fault: WrongValue) -> str:
     """Say which value goes wrong first, and where it is made."""
-    verdict = fault.verdict
-    return texts().say(verdict.key, **verdict.values)
+    message = fault.message
+    return texts().say(message.key, **message.values)
 
 
 def tabled(found: list[Row]) -> Shown:

@@ -16,7 +16,7 @@ from grader.lab.display.card import Shown
 from grader.lab.display.picture import draw, figure, new_figure
 from grader.lab.display.vectors import Array
 from grader.lab.display.words import say
-from grader.lab.inspector.looking import Looking, Seen
+from grader.lab.inspector.looking import InspectedScene, Seen
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -49,7 +49,7 @@ class Segment:
     end: Array
 
 
-def segments(looking: Looking, root: Node) -> list[Segment]:
+def segments(inspected: InspectedScene, root: Node) -> list[Segment]:
     """Return the rays of a pixel as segments."""
     made: list[Segment] = []
     for depth, node in enumerate(root.walk()):
@@ -58,7 +58,7 @@ def segments(looking: Looking, root: Node) -> list[Segment]:
         if node.hit is not None:
             end = node.hit.position
         made.append(Segment(str(depth), node.kind.value, start, end))
-        lights = looking.probe.content.lights["position"]
+        lights = inspected.probe.content.lights["position"]
         for lit in node.lights:
             whole = float(np.linalg.norm(lights[lit.index] - end))
             kind = "light" if lit.counts else "hidden"
@@ -116,9 +116,9 @@ def across(axis: Array) -> tuple[Array, Array]:
     return u, np.cross(axis, u)
 
 
-def start_view(looking: Looking) -> tuple[float, float]:
+def start_view(inspected: InspectedScene) -> tuple[float, float]:
     """Return yaw and pitch at the start, radians: from the camera's side, a little above."""
-    zdir = looking.probe.content.camera["zdir"]
+    zdir = inspected.probe.content.camera["zdir"]
     return float(np.arctan2(-zdir[0], -zdir[2])) + SIDE, TILT
 
 
@@ -145,24 +145,24 @@ def color_of(objects: Array, index: int) -> str:
 # ---- The static picture -----------------------------------------------------------------------
 
 
-def static(looking: Looking, seen: Seen) -> Shown:
+def static(inspected: InspectedScene, seen: Seen) -> Shown:
     """Return the picture with the pixel circled, and the rays in the scene beside it."""
     drawn, axes = new_figure(2, 1, inches=(10.5, 3.6), width_ratios=(3, 2))
     i, j = seen.pixel
-    draw(axes[0], looking.picture, say("inspect.picture_title", i=i, j=j))
+    draw(axes[0], inspected.picture, say("inspect.picture_title", i=i, j=j))
     for color, size in (("white", 13), ("black", 16)):
         axes[0].plot(i, j, "o", markersize=size, markerfacecolor="none", markeredgecolor=color)
     if seen.case is not None:
-        _draw_space(axes[1], looking, segments(looking, seen.case.root))
+        _draw_space(axes[1], inspected, segments(inspected, seen.case.root))
     axes[1].set_axis_off()
     return figure(drawn, say("inspect.alt", i=i, j=j))
 
 
-def _draw_space(axes: Axes, looking: Looking, found: list[Segment]) -> None:
+def _draw_space(axes: Axes, inspected: InspectedScene, found: list[Segment]) -> None:
     from matplotlib.patches import Circle
 
-    objects, around = looking.probe.content.objects, middle(found)
-    yaw, pitch = start_view(looking)
+    objects, around = inspected.probe.content.objects, middle(found)
+    yaw, pitch = start_view(inspected)
     for _, line in wires(objects, around):
         x, y = project(line, yaw, pitch).T
         axes.plot(x, y, color="0.75", linewidth=0.6, zorder=1)

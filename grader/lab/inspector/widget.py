@@ -14,7 +14,7 @@ from grader.lab.display.picture import png
 from grader.lab.display.vectors import Array
 from grader.lab.display.words import say
 from grader.lab.inspector import rows, space
-from grader.lab.inspector.looking import Looking, Seen
+from grader.lab.inspector.looking import InspectedScene, Seen
 
 SCRIPT = Path(__file__).with_name("inspector.js")
 _LABELS = ("zoom_in", "zoom_out", "space_label")
@@ -36,62 +36,64 @@ def _kind() -> Any:
     return Widget
 
 
-def bundle(looking: Looking, seen: Seen, fold: str = "") -> dict[str, Any]:
+def bundle(inspected: InspectedScene, seen: Seen, fold: str = "") -> dict[str, Any]:
     """Return what Jupyter needs to show the widget; nothing where anywidget is not installed."""
     try:
-        made: dict[str, Any] = make(looking, seen, fold)._repr_mimebundle_()[0]
+        made: dict[str, Any] = make(inspected, seen, fold)._repr_mimebundle_()[0]
     except ImportError:
         return {}
     return made
 
 
-def make(looking: Looking, seen: Seen, fold: str = "") -> Any:
+def make(inspected: InspectedScene, seen: Seen, fold: str = "") -> Any:
     """Return the widget at a pixel; with a title `fold`, it is unfolded by a click on that."""
     widget = _kind()(
-        scene=_scene(looking),
-        seen=_seen(looking, seen),
+        scene=_scene(inspected),
+        seen=_seen(inspected, seen),
         pixel=[int(each) for each in seen.pixel],
         fold=fold,
     )
 
     def follow(change: Any) -> None:
         i, j = change.new
-        if looking.refresh():
-            widget.scene = _scene(looking)
-        widget.seen = _seen(looking, looking.look(int(i), int(j)))
+        if inspected.refresh():
+            widget.scene = _scene(inspected)
+        widget.seen = _seen(inspected, inspected.look(int(i), int(j)))
 
     widget.observe(follow, names="pixel")
     return widget
 
 
-def _scene(looking: Looking) -> dict[str, Any]:
+def _scene(inspected: InspectedScene) -> dict[str, Any]:
     """Return the picture and the words that go with it."""
-    width, height = looking.probe.size
-    objects = looking.objects()
+    width, height = inspected.probe.size
+    objects = inspected.objects()
     names = (
-        [looking.name(k) for k in range(-1, int(objects.max()) + 1)] if objects is not None else []
+        [inspected.name(k) for k in range(-1, int(objects.max()) + 1)]
+        if objects is not None
+        else []
     )
     return {
-        "picture": _text(png(looking.picture)),
+        "picture": _text(png(inspected.picture)),
         "width": width,
         "height": height,
         "things": _text(_indices(objects)) if objects is not None else "",
         "names": names,
-        "view": space.start_view(looking),
+        "view": space.start_view(inspected),
         "colors": space.COLORS,
         "picture_label": say("inspect.picture_label", width=width, height=height),
         **{name: say(f"inspect.{name}") for name in _LABELS},
     }
 
 
-def _seen(looking: Looking, seen: Seen) -> dict[str, Any]:
+def _seen(inspected: InspectedScene, seen: Seen) -> dict[str, Any]:
     """Return the sentences, the table, and what is to be drawn in space."""
-    parts = [rows.told(looking, seen)]
-    if looking.ended is not None and seen.stopped is None:
-        parts.insert(0, looking.ended)
+    parts = [rows.told(inspected, seen)]
+    if inspected.ended is not None and seen.stopped is None:
+        parts.insert(0, inspected.ended)
     if seen.case is None:
         return {"pixel": list(seen.pixel), "html": stack(parts).html, "rays": []}
-    objects, rays = looking.probe.content.objects, space.segments(looking, seen.case.root)
+    objects, rays = inspected.probe.content.objects, space.segments(inspected, seen.case.root)
     middle = space.middle(rays)
     spheres, which = space.circles(objects, middle)
     return {

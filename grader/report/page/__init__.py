@@ -18,7 +18,7 @@ import jinja2
 from jinja2 import Environment, FileSystemBytecodeCache, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
-from grader.course import exercises as manifest
+from grader.course import exercises
 from grader.course.texts import Texts
 from grader.report.page import markup
 from grader.report.results import Row
@@ -88,7 +88,7 @@ def _compiled(language: str) -> FileSystemBytecodeCache | None:
     """
     made_by = [jinja2.__version__, language, Path(markup.__file__).read_text(encoding="utf-8")]
     key = hashlib.sha256("\0".join(made_by).encode()).hexdigest()[:24]
-    folder = manifest.ROOT / "build" / "cache" / "templates" / key
+    folder = exercises.ROOT / "build" / "cache" / "templates" / key
     with contextlib.suppress(OSError):
         folder.mkdir(parents=True, exist_ok=True)
     return FileSystemBytecodeCache(str(folder)) if os.access(folder, os.W_OK) else None
@@ -127,7 +127,7 @@ def _policy(style: str, script: str) -> str:
 
 def _tps(content: Row, texts: Texts) -> list[dict[str, Any]]:
     """Return the TPs that were judged: their title, score, and exercises with their checks."""
-    titles = manifest.load().tps
+    titles = exercises.load().tps
     scores = {each["tp"]: each for each in content["tps"]}
     checks: dict[str, list[Row]] = {}
     for each in content["checks"]:

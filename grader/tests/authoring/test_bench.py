@@ -12,7 +12,7 @@ from typing import TextIO
 import pytest
 
 from grader.authoring.bench import inspector, measure, programs, report, scenes, slider
-from grader.authoring.bench.grading import Grade, Grading
+from grader.authoring.bench.grading import Grading, TimedGrade
 from grader.authoring.bench.measure import Counts, Measured
 from grader.authoring.bench.programs import BenchError, Cost
 
@@ -41,7 +41,7 @@ COUNTS = Counts(
 )
 
 
-GRADES = {"whole": Grade(2.9, 3.0), "units": Grade(1.9, 2.0), "one": Grade(0.9, 1.0)}
+GRADES = {"whole": TimedGrade(2.9, 3.0), "units": TimedGrade(1.9, 2.0), "one": TimedGrade(0.9, 1.0)}
 GRADING = Grading(GRADES, limit=2.0, canary=0.1, peak_mb=400.0)
 
 
@@ -52,7 +52,7 @@ def a_measure(name: str = "flake5") -> Measured:
     return Measured(name, COUNTS, 4000.0, 0.5, True, {"mrt": ours, "povray": peer})
 
 
-def written(write: Callable[[scenes.Scene, TextIO, float], None], listed: str = LISTED) -> str:
+def written(write: Callable[[scenes.BenchScene, TextIO, float], None], listed: str = LISTED) -> str:
     """Return the file that a writer makes of a listed scene."""
     out = io.StringIO()
     write(scenes.parse(listed.splitlines()), out, 2.0)
@@ -66,7 +66,7 @@ def test_parse_reads_every_kind_of_line() -> None:
     assert scene.lights == [(4.0, 6.0, -4.0, 1.5)]
     assert [place for place, _ in scene.spheres] == [(0, 1, 0, 0.5), (1, 1, 0, 0.5)]
     assert scene.spheres[0][1] is scene.spheres[1][1]
-    assert scene.planes == [((0, 1, 0, 0.5), scenes.Material((0.7, 0.7, 0.6), 0.0, 20.0))]
+    assert scene.planes == [((0, 1, 0, 0.5), scenes.BenchMaterial((0.7, 0.7, 0.6), 0.0, 20.0))]
 
 
 @pytest.mark.parametrize(
@@ -184,7 +184,7 @@ def test_goals_are_met_or_missed() -> None:
     }
     slow = report.goals([], {"0": 1.2, "1": float("nan"), "2": 1.0}, GRADING)
     assert [goal.met for goal in slow[:3]] == [False, False, True]
-    grades = {**GRADING.grades, "units": Grade(2.1, 2.0)}
+    grades = {**GRADING.grades, "units": TimedGrade(2.1, 2.0)}
     graded = report.goals([], {}, Grading(grades, limit=1.9, canary=0.2, peak_mb=400.0))
     assert [goal.met for goal in graded] == [True, False, True, False, True, False]
 

@@ -16,7 +16,7 @@ from PIL import Image
 from grader.authoring.drawings import figures, texture
 from grader.authoring.drawings.contact_sheet import to_pixels
 from grader.course.exercises import ROOT
-from grader.execution.session import Core, open_core
+from grader.execution.session import Library, open_core
 
 WIDTH, HEIGHT = 160, 90
 SKY = (51, 51, 153)
@@ -50,7 +50,7 @@ def pictures(out: Path) -> Pictures:
 
 
 @pytest.fixture(scope="module")
-def core(cache: Path) -> Iterator[Core]:
+def core(cache: Path) -> Iterator[Library]:
     """Return the reference solution, small."""
     with open_core(ROOT / "reference", WIDTH, HEIGHT, cache=cache) as opened:
         yield opened
@@ -184,7 +184,7 @@ def test_figure_8_smooths_the_edges_only(pictures: Pictures) -> None:
 # ---- The project's own scenes ----------------------------------------------------------------
 
 
-def objects(core: Core, number: int) -> npt.NDArray[Any]:
+def objects(core: Library, number: int) -> npt.NDArray[Any]:
     """Return the objects of a scene."""
     with core.session(figures.LIMITS) as s:
         assert s.call("setup_scene", number).result
@@ -200,7 +200,7 @@ def test_own_scenes_are_neither_dark_nor_burnt(pictures: Pictures, name: str) ->
     assert (brightest == 255).mean() < 0.05
 
 
-def test_own_scenes_show_what_they_are_for(core: Core) -> None:
+def test_own_scenes_show_what_they_are_for(core: Library) -> None:
     """Cylinders and cones in 5, patterns in 6, glass and water in 7, all of it on the poster."""
     constant = core.constants
     solids = {constant["CYLINDER"], constant["CONE"]}
@@ -216,7 +216,7 @@ def test_own_scenes_show_what_they_are_for(core: Core) -> None:
     assert (poster["mat"]["kr"].max(axis=-1) > 0.8).any(), "a mirror"
 
 
-def test_procedural_scene_has_its_generations(core: Core) -> None:
+def test_procedural_scene_has_its_generations(core: Library) -> None:
     """Scene 8: a planet and a hundred bushes of 1 + 3 + 9 + 27 + 81 spheres."""
     radii = objects(core, 8)["radius"]
     assert len(radii) == 1 + 100 * 121
@@ -226,7 +226,7 @@ def test_procedural_scene_has_its_generations(core: Core) -> None:
 
 
 @pytest.mark.parametrize("number", [6, 7, 10])
-def test_no_checker_border_lies_on_the_floor(core: Core, number: int) -> None:
+def test_no_checker_border_lies_on_the_floor(core: Library, number: int) -> None:
     """The floor is inside a layer of cubes: rounding cannot decide its colours."""
     found = objects(core, number)
     floor = found[found["type"] == core.constants["PLANE"]][0]
@@ -235,7 +235,7 @@ def test_no_checker_border_lies_on_the_floor(core: Core, number: int) -> None:
     assert 0.2 < layer % 1 < 0.8
 
 
-def test_the_globe_wears_the_texture(core: Core, planet: Levels) -> None:
+def test_the_globe_wears_the_texture(core: Library, planet: Levels) -> None:
     """Unlit, the globe of scene 6 shows the map's own colours, north up, in the right place."""
     image = figures.of_scene(6, shading=False)
     with core.session(figures.LIMITS) as s:

@@ -8,17 +8,17 @@ from pathlib import Path
 
 import pytest
 
-from grader.authoring.expected import mistake_bank as bank
+from grader.authoring.expected import mistake_bank
 from grader.authoring.specimens import mistakes, patches
 from grader.authoring.specimens.patches import PatchError, patched, reference
 from grader.checking.expected_data import FOLDER
-from grader.course import exercises as manifest
+from grader.course import exercises
 from grader.course.exercises import CORE, ManifestError
 from grader.course.texts import LANGUAGES, sentences
-from grader.evaluation import recognition as diagnosis
+from grader.evaluation import recognition
 from grader.evaluation.recognition import is_picture
 
-RULES = manifest.load()
+RULES = exercises.load()
 KNOWN = mistakes.load()
 
 
@@ -45,7 +45,7 @@ def test_every_function_has_its_mistakes() -> None:
 
 def test_an_entry_names_checks_of_its_exercise() -> None:
     """Each mistake shows in a check of its own; the bank holds these, but for the pictures."""
-    stored = diagnosis.read(FOLDER)
+    stored = recognition.read(FOLDER)
     assert set(stored) == {each.id for each in KNOWN}
     for each in KNOWN:
         own = {check.id for check in RULES.exercise(each.exercise).checks}
@@ -57,17 +57,17 @@ def test_an_entry_names_checks_of_its_exercise() -> None:
 
 def test_only_twins_are_alike() -> None:
     """No two mistakes of an exercise have the same answers, but those that say so."""
-    stored = diagnosis.read(FOLDER)
+    stored = recognition.read(FOLDER)
     for each in KNOWN:
         if not (known := stored[each.id]).signature:
             continue  # it shows in pictures only
         alike = {
             name
             for name, other in stored.items()
-            if name != each.id and diagnosis.same(known.signature, other.signature)
+            if name != each.id and recognition.same(known.signature, other.signature)
         }
         assert alike == set(each.twins), each.id
-        assert len(alike) < diagnosis.MOST
+        assert len(alike) < recognition.MOST
 
 
 def test_every_mistake_compiles(tmp_path: Path) -> None:
@@ -107,10 +107,10 @@ def test_a_mistake_is_added_by_a_patch_and_an_entry(tmp_path: Path, cache: Path)
     before, after = reference(), white.files()
     text = before["main.c"].replace("img[k] = c;", "img[k] = vector_init(1.f, 1.f, 1.f);")
     assert after == {**before, "main.c": text}
-    known = bank.answers(white, FOLDER, cache)
+    known = mistake_bank.answers(white, FOLDER, cache)
     assert set(known.signature) == set(white.shows)
-    others = diagnosis.read(FOLDER).values()
-    assert not any(diagnosis.same(known.signature, each.signature) for each in others)
+    others = recognition.read(FOLDER).values()
+    assert not any(recognition.same(known.signature, each.signature) for each in others)
 
 
 def test_a_malformed_list_is_named(tmp_path: Path) -> None:

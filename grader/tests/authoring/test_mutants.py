@@ -14,7 +14,7 @@ from grader.authoring.proof.mutants import Hint, Verdict
 from grader.authoring.proof.mutants_changes import Mutant
 from grader.authoring.proof.mutants_source import LEFT_OUT, owners
 from grader.authoring.specimens import patches
-from grader.course import exercises as manifest
+from grader.course import exercises
 
 # Of different kinds, in functions of different exercises; each is caught by a check of its own.
 SAMPLE = (
@@ -47,7 +47,7 @@ def find(every: list[Mutant], function: str, before: str, after: str) -> Mutant:
 
 def test_there_are_mutants_of_every_function(every: list[Mutant]) -> None:
     """At least 500, of ten kinds, in every function that is judged; none stands twice."""
-    judged = {name for each in manifest.load().exercises for name in each.functions}
+    judged = {name for each in exercises.load().exercises for name in each.functions}
     assert len(every) >= 500
     assert len(Counter(each.kind for each in every)) == 10
     assert {each.function for each in every} >= judged - LEFT_OUT
@@ -81,7 +81,7 @@ def test_the_checks_catch_a_sample(
     """Each loses points in a check of an exercise that owns the function."""
     mutant = find(every, *change)
     (verdict,) = mutants.judge([mutant], [Hint()], builds)
-    checks = manifest.load().checks()
+    checks = exercises.load().checks()
     assert checks[verdict.caught_by].exercise in owners(mutant.file, mutant.function)
     assert not verdict.same
 
@@ -132,7 +132,7 @@ def test_a_malformed_reason_is_told(tmp_path: Path) -> None:
     """The file and what it lacks."""
     path = tmp_path / "equivalent.toml"
     path.write_text('[[equivalent]]\nfile = "main.c"\n')
-    with pytest.raises(manifest.ManifestError, match=r"equivalent.toml: .*function"):
+    with pytest.raises(exercises.ManifestError, match=r"equivalent.toml: .*function"):
         mutants.read_reasons(path)
 
 

@@ -19,8 +19,8 @@ from grader.authoring.release import collect
 from grader.authoring.specimens import mistakes, patches
 from grader.course.exercises import ROOT
 from grader.course.texts import Texts
+from grader.intake.records import Submission
 from grader.intake.submission import read_submission
-from grader.records import Submission
 from grader.report.page import markup
 from grader.tests.conftest import Write
 from grader.tests.support.student import STUDENT_MAIN, main_c
@@ -250,13 +250,13 @@ def test_pictures_follow_what_is_written() -> None:
 
 def test_values_of_a_miss_end_with_it(laboratory: Laboratory) -> None:
     """Where false is right nothing else is asked; of a function that is not there, nothing."""
-    source, workshop = laboratory.submission, laboratory.workshop
-    asked = [tracing.traced("TP2.4", source, workshop, random.Random(k)) for k in range(4)]
+    source, libraries = laboratory.submission, laboratory.libraries
+    asked = [tracing.traced("TP2.4", source, libraries, random.Random(k)) for k in range(4)]
     values = {tuple(each.values) for each in asked if each}
     assert (Value("result", "false"),) in values
     wrong = {(each[0].name, each[0].got, each[0].expected) for each in values if len(each) > 1}
     assert wrong == {("result", "false", "true")}
-    assert tracing.traced("TP2.1", source, workshop, random.Random(1)) is None
+    assert tracing.traced("TP2.1", source, libraries, random.Random(1)) is None
 
 
 # ---- The command --------------------------------------------------------------------------------

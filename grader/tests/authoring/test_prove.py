@@ -11,8 +11,8 @@ from typing import Any
 
 import pytest
 
-from grader.authoring.proof import __main__ as command
 from grader.authoring.proof import (
+    __main__,
     changes,
     figures,
     flaky,
@@ -26,14 +26,14 @@ from grader.authoring.proof import (
     solver,
 )
 from grader.authoring.proof.figures import KEYS, FiguresError
-from grader.authoring.proof.flaky import Record, Series
-from grader.authoring.proof.grades import Grade, Program, ProofError, Shop
+from grader.authoring.proof.flaky import RepeatedRuns, Series
+from grader.authoring.proof.grades import Grade, GradeCache, Program, ProofError
 from grader.authoring.proof.mutants import FunctionScore, MutantsReport, Verdict
 from grader.authoring.proof.parts import Part, sampled
 from grader.authoring.specimens import mistakes, variants
-from grader.course import exercises as manifest
+from grader.course import exercises
 
-RULES = manifest.load()
+RULES = exercises.load()
 KNOWN = {each.id: each for each in mistakes.load()}
 FAR = KNOWN["sphere_far_root"]
 PI = KNOWN["shade_pi_forgotten"]
@@ -193,7 +193,7 @@ def test_no_work_that_earns_points_is_told() -> None:
 # ---- The same results ---------------------------------------------------------------------------
 
 
-class Turns(Shop):
+class Turns(GradeCache):
     """A shop whose programs give something else from time to time."""
 
     def each(self, programs: Any, builds: Path) -> Any:
@@ -208,11 +208,11 @@ class Turns(Shop):
 def test_a_run_that_differs_is_told_and_where(tmp_path: Path) -> None:
     """What was run already is not run again; more runs go on from there."""
     series = Series(Program("odd", {"main.c": ""}), 6)
-    shop = Turns(tmp_path)
-    first = flaky.repeated(shop, series, 4)
-    assert first == Record(4, 1, [".checks[0].message: '' or 'late'"])
-    assert flaky.repeated(shop, series, 4) == first
-    assert flaky.repeated(shop, series, 6) == replace(first, runs=6, others=2)
+    grade_cache = Turns(tmp_path)
+    first = flaky.repeated(grade_cache, series, 4)
+    assert first == RepeatedRuns(4, 1, [".checks[0].message: '' or 'late'"])
+    assert flaky.repeated(grade_cache, series, 4) == first
+    assert flaky.repeated(grade_cache, series, 6) == replace(first, runs=6, others=2)
     part = flaky.report([(series, first)])
     assert part.figures == {"runs": 4, "flaky": 1}
     assert part.faults == ["odd: 1 of 4 runs differ: .checks[0].message: '' or 'late'"]
@@ -293,7 +293,7 @@ def some_part(**values: float) -> Part:
 
 def test_results_have_exactly_their_keys(tmp_path: Path) -> None:
     """What was not measured is null; other figures stand on the page only."""
-    command.publish([some_part(known_mistakes=3, elsewhere=1)], tmp_path)
+    __main__.publish([some_part(known_mistakes=3, elsewhere=1)], tmp_path)
     content = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))
     assert tuple(content) == KEYS
     assert (content["known_mistakes"], content["flaky"]) == (3, None)
@@ -377,9 +377,9 @@ def test_a_machines_fault_is_no_grade(tmp_path: Path, monkeypatch: pytest.Monkey
     """Nothing is kept, and the command tells which check it was."""
     row = {"id": "tp1.x", "outcome": "error", "message": "no room"}
     monkeypatch.setattr(grades, "results", lambda *_, **__: {"incomplete": True, "checks": [row]})
-    shop = Shop(tmp_path)
+    grade_cache = GradeCache(tmp_path)
     with pytest.raises(ProofError, match=r"^odd: tp1\.x: no room$"):
-        list(shop.graded([Program("odd", {})]))
+        list(grade_cache.graded([Program("odd", {})]))
     assert not list(tmp_path.rglob("*.json"))
 
 
@@ -392,10 +392,10 @@ def test_a_sample_is_shown_kept_and_goes_on(
         grades, "results", lambda *_, **__: {**grade().content, "incomplete": False}
     )
     words = ["--build", str(tmp_path), "--part", "known", "--sample", "2", "--jobs", "1"]
-    assert command.main(words) == 1
+    assert __main__.main(words) == 1
     assert "known_mistakes 2, caught 0, elsewhere 0, named_right 0" in capsys.readouterr().out
     monkeypatch.setattr(grades, "results", None)
-    assert command.main(words) == 1
+    assert __main__.main(words) == 1
     assert capsys.readouterr().out.count("loses nothing in") == 2
     text = (tmp_path / "prove" / "sample" / "results.json").read_text(encoding="utf-8")
     assert json.loads(text)["known_mistakes"] == 2
@@ -403,9 +403,9 @@ def test_a_sample_is_shown_kept_and_goes_on(
 
 def test_a_mistake_is_paid_for_once(cache: Path, tmp_path: Path) -> None:
     """A whole grade, on every TP and picture: shade is wrong, and used rightly by TP5.2."""
-    shop = Shop(tmp_path)
+    grade_cache = GradeCache(tmp_path)
     (tmp_path / "cache").symlink_to(cache)
-    ((_, found),) = shop.graded([known.program(PI)])
+    ((_, found),) = grade_cache.graded([known.program(PI)])
     assert known.report([(PI, found)]).faults == []
     assert known.naming(PI, found) == known.RIGHT
     assert found.losing == {"TP3.1"}

@@ -20,10 +20,10 @@ import pytest
 from grader.authoring import release
 from grader.authoring.release import ReleaseError
 from grader.authoring.skeleton import leaks, skeleton
-from grader.course import exercises as manifest
+from grader.course import exercises
 from grader.course.texts import LANGUAGES, Texts
 from grader.intake import originals
-from grader.setup import release_record as handout
+from grader.setup import release_record
 from grader.tests.support.shell import NOBODY, ROOT, reachable, run
 
 COURSE = (ROOT / "grader" / "course" / "course.toml").read_bytes()  # ends in [people]
@@ -67,7 +67,7 @@ def test_what_is_in_it(files: Files) -> None:
         *("LICENSE", "Makefile", "README.md", "pyproject.toml"),
         *FOLDERS,
     }
-    rules = manifest.load()
+    rules = exercises.load()
     core = {*rules.student, *rules.given, *rules.ungraded, "AUTEURS.txt", "texture.ppm"}
     assert {path for path in files if path.startswith("core_c/")} == {f"core_c/{n}" for n in core}
     hidden = re.compile(
@@ -81,7 +81,7 @@ def test_what_is_in_it(files: Files) -> None:
 
 def test_the_record_names_every_file(files: Files) -> None:
     """An update finds what was handed out, and which files are the student's."""
-    record = handout.parse(files["grader/release.json"])
+    record = release_record.parse(files["grader/release.json"])
     assert set(record.files) == set(files) - {"grader/release.json"}
     assert record.files["LICENSE"] == hashlib.sha256(files["LICENSE"]).hexdigest()
     own = ("main.c", "raytracer.c", "raytracer.h", "octree.c", "my_tests.c", "AUTEURS.txt")
@@ -317,7 +317,7 @@ def test_the_students_first_day(place: Path) -> None:
 
 def test_the_solution_has_every_point_without_the_reference(place: Path) -> None:
     """With the reference's files in core_c/, and no reference beside: 100 and 20."""
-    for name in manifest.load().student:
+    for name in exercises.load().student:
         shutil.copyfile(ROOT / "reference" / name, place / "core_c" / name)
     make(place, "grade")
     assert score(place) == (100, 20, {"passed"})
@@ -334,7 +334,7 @@ def half_done(name: str) -> str:
     """Return a student's file in the middle of TP3: the solution of TP1, TP2 and `shade`."""
     path = ROOT / "reference" / name
     lines = path.read_text(encoding="utf-8").rstrip("\n").split("\n")
-    regions = skeleton.find_regions(path, lines, {each.id for each in manifest.load().exercises})
+    regions = skeleton.find_regions(path, lines, {each.id for each in exercises.load().exercises})
     for region in reversed(regions):
         done = region.exercise[:3] in ("TP1", "TP2") or region.exercise == "TP3.1"
         own = lines[region.begin + 1 : region.end]
@@ -345,24 +345,24 @@ def half_done(name: str) -> str:
 def next_release(path: Path) -> Files:
     """Return a later release: a given file, a starting file, a notebook and a text have changed."""
     with zipfile.ZipFile(path) as archive:
-        names = [name for name in archive.namelist() if not name.endswith(handout.RECORD)]
+        names = [name for name in archive.namelist() if not name.endswith(release_record.RECORD)]
         files = {name.removeprefix("miniraytracer/"): archive.read(name) for name in names}
-        record = handout.parse(archive.read(f"miniraytracer/{handout.RECORD}"))
+        record = release_record.parse(archive.read(f"miniraytracer/{release_record.RECORD}"))
     for name, more in (("scene.h", b"/* later */\n"), ("raytracer.c", b"void later(void) {\n}\n")):
         files[f"core_c/{name}"] += more
     core = {name: files[f"core_c/{name}"] for name in originals.names()}
     files["grader/intake/originals.zip"] = originals.packed(core)
     files["README.md"] += b"Later.\n"
     del files["LICENSE"]
-    sums = {name: handout.digest(content) for name, content in files.items()}
-    files[handout.RECORD] = replace(record, version="9.0.0", files=sums).as_json()
+    sums = {name: release_record.digest(content) for name, content in files.items()}
+    files[release_record.RECORD] = replace(record, version="9.0.0", files=sums).as_json()
     return files
 
 
 def test_an_update_in_the_middle_of_tp3(place: Path) -> None:
     """Own code, own files and changes are there afterwards, and the same points."""
     theirs = {
-        **{f"core_c/{name}": half_done(name) for name in manifest.load().student},
+        **{f"core_c/{name}": half_done(name) for name in exercises.load().student},
         "core_c/bvh.c": '#include "raytracer.h"\n',
         "core_c/AUTEURS.txt": "Nom : Lovelace, Ada, 21905678\n",
         "core_c/mes notes.txt": "à revoir",

@@ -10,7 +10,7 @@ from grader.authoring.specimens import variants
 from grader.authoring.specimens.grading import graded, lost
 from grader.authoring.specimens.patches import reference
 from grader.course.exercises import ManifestError
-from grader.records import Outcome
+from grader.evaluation.records import Outcome
 
 ALL = {each.id: each for each in variants.load()}
 # Of every kind: a function in another arithmetic, another convention, another structure.

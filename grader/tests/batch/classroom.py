@@ -16,11 +16,11 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from grader.course import exercises as manifest
+from grader.course import exercises
 from grader.course.exercises import CORE, read_toml
+from grader.execution.records import Cause
 from grader.intake.originals import REFERENCE
-from grader.records import Cause
-from grader.tests.commands import test_bad_submissions as bad
+from grader.tests.commands import test_bad_submissions
 from grader.tests.sandbox.hostile import corpus
 from grader.tests.support.solver import stub
 from grader.tests.support.student import STUDENT_MAIN, main_c
@@ -178,11 +178,11 @@ def _twice(top: Path, name: str, number: int) -> Pupil:
 
 def _described(case: str) -> Kind:
     """Return the kind of one of the bad submissions of the grader's own tests."""
-    described = read_toml(bad.FOLDER / f"{case}.toml")
-    outcomes = bad.expected(described)
+    described = read_toml(test_bad_submissions.FOLDER / f"{case}.toml")
+    outcomes = test_bad_submissions.expected(described)
     earned = sum(
         check.points
-        for exercise in manifest.load().exercises
+        for exercise in exercises.load().exercises
         for check in exercise.checks
         if outcomes.get(check.id) == "passed"
     )
@@ -196,7 +196,7 @@ def _described(case: str) -> Kind:
                     (folder / name).write_text(text, encoding="utf-8")
             return folder
 
-        bad.write(described, submission)
+        test_bad_submissions.write(described, submission)
 
     return _folder(make, case, earned / 100)
 
@@ -237,7 +237,7 @@ def _kinds() -> list[Kind]:
         _twice,
     ]
     odd = [_folder(partial(stub, turn=k), "stub", 0) for k in range(4)]
-    odd += [_described(name) for name in bad.NAMES]
+    odd += [_described(name) for name in test_bad_submissions.NAMES]
     odd += [_hostile(name, text, 0) for name, text in corpus.loads()]
     odd += [_hostile(name, text, TP1_POINTS) for name, text in corpus.compilations(SECRET)]
     odd += [_attacking(k) for k in range(0, len(corpus.attacks()), len(STUDENT_MAIN))]

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from grader.batch import csv_table as sheets
+from grader.batch import csv_table
 from grader.course.exercises import ROOT
 from grader.sandbox.levels import Level, best
 from grader.tests.batch import classroom
@@ -70,11 +70,11 @@ def first(top: Path, pupils: list[classroom.Pupil]) -> Run:
 
 def marks(out: Path) -> dict[str, list[float | None]]:
     """Return the marks of grades.csv by submission, in the order of its lines."""
-    sheet = sheets.read(out / "grades.csv")
+    sheet = csv_table.read(out / "grades.csv")
     at = {name: sheet.header.index(name) for name in ("rendu", "note")}
     found: dict[str, list[float | None]] = {}
     for row in sheet.rows:
-        found.setdefault(row[at["rendu"]], []).append(sheets.number(row[at["note"]]))
+        found.setdefault(row[at["rendu"]], []).append(csv_table.number(row[at["note"]]))
     return found
 
 

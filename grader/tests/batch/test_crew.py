@@ -13,11 +13,8 @@ from pathlib import Path
 
 import pytest
 
-from grader.batch import cluster
-from grader.batch import grade_one as bundle
-from grader.batch import pool as crew
-from grader.batch import scratch as temporary
-from grader.batch.grade_one import Place
+from grader.batch import cluster, grade_one, pool, scratch
+from grader.batch.grade_one import BuildFolder
 from grader.batch.records import BatchError, Settings, Task
 from grader.course.exercises import ROOT
 from grader.tests.support.student import STUDENT_MAIN, main_c
@@ -38,17 +35,17 @@ def test_a_worker_that_is_killed_is_replaced(
 ) -> None:
     """Its submission is graded by another; no process is left at the end."""
     started: list[int] = []
-    start = crew._start
+    start = pool._start
 
-    def starting(folder: Path) -> crew._Worker:
+    def starting(folder: Path) -> pool._Worker:
         worker = start(folder)
         started.append(worker.process.pid)
         if len(started) == 1:
             os.kill(worker.process.pid, signal.SIGKILL)
         return worker
 
-    monkeypatch.setattr(crew, "_start", starting)
-    done = list(crew.run(tasks(2), 1, tmp_path))
+    monkeypatch.setattr(pool, "_start", starting)
+    done = list(pool.run(tasks(2), 1, tmp_path))
     assert {each.name: each.failure for each in done} == {"S0": "", "S1": ""}
     assert all("results.json" in each.files for each in done)
     assert len(started) == 2
@@ -60,7 +57,7 @@ def test_what_kills_every_worker_is_a_failure(
 ) -> None:
     """After two tries it is told, and the others go on."""
     monkeypatch.setattr(sys, "executable", "/bin/false")
-    done = list(crew.run(tasks(2), 2, tmp_path))
+    done = list(pool.run(tasks(2), 2, tmp_path))
     assert {each.name: each.failure for each in done} == dict.fromkeys(
         ("S0", "S1"), "le processus qui évaluait ce rendu a disparu"
     )
@@ -71,13 +68,13 @@ def test_a_fault_of_the_grader_is_a_failure(
 ) -> None:
     """Whatever is raised: never a mark, never the end of the batch; and nothing stays behind."""
     (task,) = tasks(1)
-    monkeypatch.setattr(Place, "warm", lambda self: (self.folder / "left").touch())
+    monkeypatch.setattr(BuildFolder, "warm", lambda self: (self.folder / "left").touch())
 
     def broken(*_: object) -> None:
         raise RuntimeError("a bug")
 
-    monkeypatch.setattr(bundle, "run_checks", broken)
-    graded = bundle.grade(task, Place(tmp_path))
+    monkeypatch.setattr(grade_one, "run_checks", broken)
+    graded = grade_one.grade(task, BuildFolder(tmp_path))
     assert (graded.failure, dict(graded.files)) == ("RuntimeError: a bug", {})
     assert list(tmp_path.iterdir()) == []
 
@@ -85,9 +82,9 @@ def test_a_fault_of_the_grader_is_a_failure(
 FREED = """
 import gc, sys
 from pathlib import Path
-from grader.batch.bundle import Place, grade
+from grader.batch.grade_one import BuildFolder, grade
 from grader.tests.batch import test_crew
-place, counts = Place(Path(sys.argv[1])), []
+place, counts = BuildFolder(Path(sys.argv[1])), []
 for task in test_crew.first_tps(4):
     assert not grade(task, place).failure
     gc.collect()
@@ -116,8 +113,8 @@ def test_a_full_disk_is_no_mistake_of_the_student(
 ) -> None:
     """The compiler fails then on right code: nothing is judged."""
     (task,) = tasks(1)
-    monkeypatch.setattr(bundle, "LEAST_BYTES", 1 << 62)
-    graded = bundle.grade(task, Place(tmp_path))
+    monkeypatch.setattr(grade_one, "LEAST_BYTES", 1 << 62)
+    graded = grade_one.grade(task, BuildFolder(tmp_path))
     assert "No space left on device" in graded.failure
     assert dict(graded.files) == {}
 
@@ -146,8 +143,8 @@ def owner(folder: Path, seconds: int) -> Iterator[tuple[subprocess.Popen[str], P
 
 def test_what_a_killed_process_left_is_removed_by_the_next(tmp_path: Path) -> None:
     """And nothing else: not the folder of one that lives, nor one that is not known to be ours."""
-    (tmp_path / f"{temporary.PREFIX}unknown").mkdir()
-    (tmp_path / f"{temporary.PREFIX}link").symlink_to(tmp_path)
+    (tmp_path / f"{scratch.PREFIX}unknown").mkdir()
+    (tmp_path / f"{scratch.PREFIX}link").symlink_to(tmp_path)
     kept = {each.name for each in tmp_path.iterdir()}
     with owner(tmp_path, 60) as (_, living):
         with owner(tmp_path, 60) as (_, left):
@@ -214,9 +211,7 @@ def test_a_dask_worker_that_dies_is_replaced_by_another(scheduler: str, tmp_path
         for each in workers:
             each.kill()
             each.wait(START_SECONDS)
-    assert {each.name[: len(temporary.PREFIX)] for each in tmp_path.glob("mrt-*")} == {
-        temporary.PREFIX
-    }
+    assert {each.name[: len(scratch.PREFIX)] for each in tmp_path.glob("mrt-*")} == {scratch.PREFIX}
     with owner(tmp_path, 0) as (process, _):
         assert process.wait(60) == 0
     assert not list(tmp_path.glob("mrt-*"))

@@ -11,7 +11,7 @@ import pytest
 
 from grader.batch.discovery import discover
 from grader.batch.records import BatchError, Candidate, Settings
-from grader.batch.roster import Enrolled, Handed, members, read
+from grader.batch.roster import Enrolled, SubmittedWork, members, read
 from grader.batch.tasks import read_candidate
 from grader.course.exercises import CORE
 from grader.intake.authors import parse
@@ -174,14 +174,16 @@ def test_a_place_that_is_no_class(tmp_path: Path, content: bytes | None, key: st
 # ---- Members ------------------------------------------------------------------------------------
 
 
-def handed(name: str, said: str = "", number: str = "", sources: str = "") -> Handed:
+def handed(name: str, said: str = "", number: str = "", sources: str = "") -> SubmittedWork:
     """Return a submission with that AUTEURS.txt."""
     label = name.partition("_")[0]
     candidate = Candidate(name, label, Path("x"), number)
-    return Handed(candidate, parse(said.encode()) if said else None, sources or name)
+    return SubmittedWork(candidate, parse(said.encode()) if said else None, sources or name)
 
 
-def told(submissions: list[Handed], enrolled: list[Enrolled]) -> list[tuple[str, str, str, bool]]:
+def told(
+    submissions: list[SubmittedWork], enrolled: list[Enrolled]
+) -> list[tuple[str, str, str, bool]]:
     """Return name, Moodle's number, submission and whether nothing is chosen, by line."""
     lines = members(submissions, enrolled)
     return [(each.name, each.moodle, each.submission, each.doubled) for each in lines]

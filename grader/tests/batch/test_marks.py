@@ -9,16 +9,13 @@ from typing import Any
 
 import pytest
 
-from grader.batch import csv_table as sheets
-from grader.batch import grades_csv as grades
-from grader.batch import manual_marks as manual
-from grader.batch import marks
-from grader.batch.records import BatchError, Candidate, Graded, Hand, Mark, Member
+from grader.batch import csv_table, grades_csv, manual_marks, marks
+from grader.batch.records import BatchError, Candidate, Graded, ManualMark, Mark, Member
 from grader.course import settings as course
 from grader.course.exercises import ManifestError
+from grader.course.message import Message
 from grader.course.settings import Course, Late, Marks, People
 from grader.course.texts import Texts
-from grader.records import Verdict
 
 RULES = Course("fr", "c", (1, 2), count_closed=False)
 ADA = Member("Ada Lovelace", "21900001", "1", "ada")
@@ -43,7 +40,7 @@ def graded(summary: dict[str, Any] | None, **changes: Any) -> Graded:
 def value(
     summary: dict[str, Any] | None,
     rules: Course = RULES,
-    hand: Hand | None = None,
+    hand: ManualMark | None = None,
     handed: datetime | None = None,
 ) -> float | None:
     """Return Ada's mark."""
@@ -107,17 +104,17 @@ def test_what_is_no_mark_is_none_and_says_why() -> None:
     assert told(ADA, None, excused) == (None, ["batch.excused"])
     assert told(BOB, None, excused) == (0.0, [])
     assert told(BOB, None) == (None, [])
-    broken = Candidate("bob", "bob", Path("bob"), problem=Verdict("batch.nothing"))
+    broken = Candidate("bob", "bob", Path("bob"), problem=Message("batch.nothing"))
     assert told(BOB, Graded(broken)) == (None, ["batch.nothing"])
 
 
 def test_an_override_wins_and_the_rubric_adds() -> None:
     """Over everything else, with its reason; a rubric's points count like the others."""
-    override = Hand(2, {}, override=14.1, reason="oral")
+    override = ManualMark(2, {}, override=14.1, reason="oral")
     mark = marks.mark(ADA, graded(None, failure="x"), override, None, RULES)
     assert (mark.value, mark.error) == (14.0, False)
-    assert mark.why == (Verdict("batch.overridden", {"reason": "oral"}),)
-    assert value(results(7.5, 15), hand=Hand(2, {"dessin": 1.5, "style": -0.5})) == 11.0
+    assert mark.why == (Message("batch.overridden", {"reason": "oral"}),)
+    assert value(results(7.5, 15), hand=ManualMark(2, {"dessin": 1.5, "style": -0.5})) == 11.0
 
 
 # ---- course.toml --------------------------------------------------------------------------------
@@ -177,19 +174,19 @@ def test_a_setting_about_nobody_is_told() -> None:
 
 def test_manual_marks_are_read_in_any_dialect(tmp_path: Path) -> None:
     """By number, by name, by submission; comma or point; French or English headers."""
-    path = tmp_path / manual.NAME
+    path = tmp_path / manual_marks.NAME
     path.write_text(
         "\ufeffqui;dessin;commentaire;override;raison\r\n"
         '21900001;1,5;"deux\r\nlignes";;\r\n\r\nnoel bob;;;14;oral\r\n',
         encoding="utf-8",
     )
-    assert manual.read(path, [ADA, BOB], 20) == {
-        ADA: Hand(2, {"dessin": 1.5}, "deux\r\nlignes"),
-        BOB: Hand(5, {}, "", 14.0, "oral"),
+    assert manual_marks.read(path, [ADA, BOB], 20) == {
+        ADA: ManualMark(2, {"dessin": 1.5}, "deux\r\nlignes"),
+        BOB: ManualMark(5, {}, "", 14.0, "oral"),
     }
     path.write_text("who,style\nada,0.5\n", encoding="utf-8")
     partner = replace(BOB, submission="ada")
-    assert set(manual.read(path, [ADA, partner], 20)) == {ADA, partner}
+    assert set(manual_marks.read(path, [ADA, partner], 20)) == {ADA, partner}
 
 
 @pytest.mark.parametrize(
@@ -209,10 +206,10 @@ def test_a_wrong_line_of_manual_csv_is_named(
     tmp_path: Path, text: str, key: str, line: int | None
 ) -> None:
     """With its number and what to do, in both languages."""
-    path = tmp_path / manual.NAME
+    path = tmp_path / manual_marks.NAME
     path.write_text(text, encoding="utf-8")
     with pytest.raises(BatchError) as caught:
-        manual.read(path, [ADA, BOB], 20)
+        manual_marks.read(path, [ADA, BOB], 20)
     assert (caught.value.key, caught.value.values.get("line")) == (f"batch.{key}", line)
     assert all(Texts(each).say(caught.value.key, **caught.value.values) for each in ("fr", "en"))
 
@@ -225,8 +222,8 @@ def test_grades_hold_no_formula_and_no_control(tmp_path: Path) -> None:
     names = ['=HYPERLINK("http://x")', "+1", "-x", "@a", "a\tb\x07\nc", 'quote"d;']
     given = [Mark(Member(each, f"0{k}"), 10.5) for k, each in enumerate(names)]
     path = tmp_path / "grades.csv"
-    path.write_bytes(grades.grades(given, {}, Texts("fr")))
-    sheet = sheets.read(path)
+    path.write_bytes(grades_csv.grades(given, {}, Texts("fr")))
+    sheet = csv_table.read(path)
     assert (sheet.delimiter, sheet.bom, sheet.header[0], sheet.header[5]) == (
         ";",
         True,
@@ -242,9 +239,9 @@ def test_grades_hold_no_formula_and_no_control(tmp_path: Path) -> None:
 def test_a_regrade_tells_old_mark_new_mark_and_why() -> None:
     """By what the mark depends on; a mark that stays is not listed."""
     known = {"ada": graded(results(15, 30), parts={"sources": "a", "grader": "1"})}
-    before = grades.kept([Mark(ADA, 12.0), Mark(BOB, 3.0)], known, "rules")
+    before = grades_csv.kept([Mark(ADA, 12.0), Mark(BOB, 3.0)], known, "rules")
     after = {"ada": graded(results(15, 30), parts={"sources": "b", "grader": "1"})}
-    now = grades.kept([Mark(ADA, 14.5, late_days=1), Mark(BOB, 3.0)], after, "rules")
-    assert grades.changes(before, now, Texts("fr")) == [
+    now = grades_csv.kept([Mark(ADA, 14.5, late_days=1), Mark(BOB, 3.0)], after, "rules")
+    assert grades_csv.changes(before, now, Texts("fr")) == [
         ["Ada Lovelace", "12", "14,5", "retard changé, fichiers différents"]
     ]

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from grader.batch import moodle_worksheet as moodle
+from grader.batch import moodle_worksheet
 from grader.batch.records import BatchError, Mark, Member
 
 HEADERS = {
@@ -83,7 +83,7 @@ def test_a_worksheet_is_filled_in_place(
     """Marks where they belong, in the site's decimals; every other cell as it was."""
     path = worksheet(tmp_path / "notes.csv", language, delimiter, bom)
     before = path.read_bytes()
-    content, told = moodle.filled(moodle.read(path), MARKS)
+    content, told = moodle_worksheet.filled(moodle_worksheet.read(path), MARKS)
     assert imported(content, language, delimiter) == {
         101: (18.25, "'=1+1 &lt;b&gt;bien&lt;/b&gt;"),
         103: (9.5, "<p>ancien</p>"),
@@ -106,7 +106,7 @@ def test_a_worksheet_is_filled_in_place(
 def test_marks_are_cut_at_the_maximum_and_told(tmp_path: Path) -> None:
     """A worksheet out of 10: what Moodle would pass over is cut, and listed with its line."""
     path = worksheet(tmp_path / "notes.csv", "fr", most="10,00")
-    content, told = moodle.filled(moodle.read(path), MARKS)
+    content, told = moodle_worksheet.filled(moodle_worksheet.read(path), MARKS)
     assert imported(content, "fr", ",")[101][0] == 10.0
     assert [(each.key, each.values["line"]) for each in told] == [
         ("batch.row_cut", 2),
@@ -119,7 +119,7 @@ def test_a_locked_row_is_told(tmp_path: Path) -> None:
     """Moodle says itself which grades can no longer be changed."""
     path = worksheet(tmp_path / "notes.csv", "fr")
     path.write_text(path.read_text(encoding="utf-8").replace("Oui", "Non"), encoding="utf-8")
-    _, told = moodle.filled(moodle.read(path), MARKS)
+    _, told = moodle_worksheet.filled(moodle_worksheet.read(path), MARKS)
     assert [each.key for each in told] == ["batch.row_locked", "batch.row_locked"]
 
 
@@ -137,12 +137,12 @@ def test_a_locked_row_is_told(tmp_path: Path) -> None:
 )
 def test_dates_in_both_languages(text: str, moment: datetime | None) -> None:
     """As Moodle writes them; others are no date."""
-    assert moodle.read_moment(text) == moment
+    assert moodle_worksheet.read_moment(text) == moment
 
 
 def test_who_handed_in_when_and_who_is_enrolled(tmp_path: Path) -> None:
     """By Moodle's number."""
-    read = moodle.read(worksheet(tmp_path / "notes.csv", "en"))
+    read = moodle_worksheet.read(worksheet(tmp_path / "notes.csv", "en"))
     assert set(read.handed.items()) == {
         (number, datetime(2026, 3, 2, 23, 47)) for number in ("101", "102", "103")
     }
@@ -161,20 +161,20 @@ def test_a_wrong_worksheet_is_named(tmp_path: Path, text: str, key: str) -> None
     path = tmp_path / "notes.csv"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(BatchError) as caught:
-        moodle.read(path)
+        moodle_worksheet.read(path)
     assert caught.value.key == key
     worksheet(path, "fr")
     path.write_text(path.read_text(encoding="utf-8").replace("mars", "März"), encoding="utf-8")
     with pytest.raises(BatchError) as caught:
-        assert moodle.read(path).handed
+        assert moodle_worksheet.read(path).handed
     assert (caught.value.key, caught.value.values["line"]) == ("batch.worksheet_date", 2)
 
 
 def test_feedback_goes_to_whom_its_folder_says(tmp_path: Path) -> None:
     """Name, number, plugin: split at underscores, of which a name has none left."""
     (tmp_path / "report.html").write_text("<p>", encoding="utf-8")
-    name = moodle.folder_name("Éloïse_d'Été", "101")
-    moodle.write_feedback(tmp_path / "feedback.zip", {name: tmp_path})
+    name = moodle_worksheet.folder_name("Éloïse_d'Été", "101")
+    moodle_worksheet.write_feedback(tmp_path / "feedback.zip", {name: tmp_path})
     with zipfile.ZipFile(tmp_path / "feedback.zip") as archive:
         (path,) = archive.namelist()
     part, rest = path.split("/")

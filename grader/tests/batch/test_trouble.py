@@ -15,10 +15,9 @@ from pathlib import Path
 
 import pytest
 
-from grader.batch import command
-from grader.batch import pool as crew
-from grader.batch.grade_one import Place, grade
-from grader.batch.results_folder import Desk, Known
+from grader.batch import command, pool
+from grader.batch.grade_one import BuildFolder, grade
+from grader.batch.results_folder import ResultsFolder, StoredResult
 from grader.tests.batch import classroom
 from grader.tests.batch.test_class import marks
 
@@ -89,15 +88,15 @@ def test_out_that_is_deleted_meanwhile(
 ) -> None:
     """One sentence; nothing is made again in its place; the same command begins anew."""
     submissions, out = lay(tmp_path, "Ada", "Grace", "Linus"), tmp_path / "out"
-    save = Desk.save
+    save = ResultsFolder.save
 
-    def once(self: Desk, *words: object) -> Known:
+    def once(self: ResultsFolder, *words: object) -> StoredResult:
         known = save(self, *words)  # type: ignore[arg-type]
         shutil.rmtree(out)
         return known
 
     with monkeypatch.context() as patch:
-        patch.setattr(Desk, "save", once)
+        patch.setattr(ResultsFolder, "save", once)
         assert batch(submissions, out) == command.FAILED
     said = capfd.readouterr()
     assert f"{out} a disparu" in said.err
@@ -141,14 +140,14 @@ def test_root_without_a_sandbox(
     closed.mkdir(mode=0o700)
     classroom.first_tp(closed / "in" / "Ada")
     out = closed / "out"
-    temporary = crew._temporary
+    temporary = pool._temporary
     made: list[Path] = []
 
     def noting(place: Path) -> Path:
         made.append(temporary(place))
         return made[-1]
 
-    monkeypatch.setattr(crew, "_temporary", noting)
+    monkeypatch.setattr(pool, "_temporary", noting)
     words = [str(closed / "in"), "--out", str(out), "--isolation", "medium", "--jobs", "1"]
     assert command.main([*words, "--lang", "fr"]) == command.DONE
     assert marks(out) == {"Ada": [3.0]}
@@ -167,9 +166,9 @@ def test_a_clock_that_jumps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     clock = itertools.cycle([FAR, 0])
     monkeypatch.setattr(time, "time", lambda: float(next(clock)))
     # Here, since another process would have another clock.
-    place = Place(tmp_path / "builds")
+    place = BuildFolder(tmp_path / "builds")
     place.folder.mkdir()
-    monkeypatch.setattr(crew, "run", lambda tasks, *_: (grade(each, place) for each in tasks))
+    monkeypatch.setattr(pool, "run", lambda tasks, *_: (grade(each, place) for each in tasks))
     assert batch(submissions, out) == command.DONE
     assert marks(out) == {"Ada": [0], "Grace": [0]}
     before = (out / "grades.csv").read_bytes()

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from grader.authoring.bench import browser as jupyter
+from grader.authoring.bench import browser
 
 SETTLED = 500  # milliseconds, for what was scrolled to be drawn
 
@@ -19,14 +19,14 @@ def wanted() -> Iterator[None]:
     """Skip the test where the browser is missing; with MRT_CI=1 it fails instead."""
     try:
         yield
-    except jupyter.NoBrowser as error:
+    except browser.NoBrowser as error:
         pytest.fail(str(error)) if os.environ.get("MRT_CI") == "1" else pytest.skip(str(error))
 
 
 @contextmanager
 def chromium() -> Iterator[Any]:
     """Start the browser; where it is missing the test is skipped, and fails with MRT_CI=1."""
-    with wanted(), jupyter.chromium() as started:
+    with wanted(), browser.chromium() as started:
         yield started
 
 

@@ -6,17 +6,17 @@ import contextlib
 from collections.abc import Iterator
 from pathlib import Path
 
-from grader.authoring.bench import browser as jupyter
-from grader.authoring.bench.browser import Session, write
+from grader.authoring.bench import browser
+from grader.authoring.bench.browser import BrowserSession, write
 from grader.tests.browser.chromium import wanted
 
-__all__ = ["DOT", "Session", "session", "write"]
+__all__ = ["DOT", "BrowserSession", "session", "write"]
 
 DOT = "float n_l = vector_dot(n, l);"  # a line of the C file
 
 
 @contextlib.contextmanager
-def session(project: Path, home: Path, prefix: str = "/") -> Iterator[Session]:
+def session(project: Path, home: Path, prefix: str = "/") -> Iterator[BrowserSession]:
     """Start JupyterLab and a browser, or skip the test: see grader/authoring/jupyter.py."""
-    with wanted(), jupyter.session(project, home, prefix) as made:
+    with wanted(), browser.session(project, home, prefix) as made:
         yield made

@@ -7,12 +7,12 @@ from typing import Any
 
 import pytest
 
-from grader.batch import class_page as classpage
+from grader.batch import class_page
 from grader.batch.records import Candidate, Graded, Mark, Member
 from grader.course.exercises import load
+from grader.course.message import Message
 from grader.course.settings import Course
 from grader.course.texts import Texts
-from grader.records import Verdict
 from grader.tests.browser.test_report_page import DESK, PHONE, browser, opened
 from grader.tests.support.reports import HOSTILE, PNG
 
@@ -47,16 +47,16 @@ def page(names: bool, folder: Path, language: str = "fr") -> str:
         name = HOSTILE if number == 1 else f"Élève {number:02d}"
         key = f"élève {number:02d}"
         graded[key] = Graded(Candidate(key, key, Path("x")), summary(share), seconds=number / 7)
-        remark = (Verdict("batch.several", {"places": HOSTILE}),) if number % 7 == 0 else ()
+        remark = (Message("batch.several", {"places": HOSTILE}),) if number % 7 == 0 else ()
         mark = None if number == 3 else 20 * share
         marks.append(Mark(Member(name, submission=key), mark, why=remark, error=number == 3))
-    return classpage.render(marks, graded, RULES, names, Texts(language), folder)
+    return class_page.render(marks, graded, RULES, names, Texts(language), folder)
 
 
 @pytest.fixture
 def address(tmp_path: Path) -> str:
     """Write the page with names; return its address."""
-    path = tmp_path / "l'été" / classpage.NAME
+    path = tmp_path / "l'été" / class_page.NAME
     path.parent.mkdir()
     path.write_text(page(True, tmp_path), encoding="utf-8")
     return path.as_uri()
@@ -101,7 +101,7 @@ def test_without_names_nothing_tells_who(browser: Any, tmp_path: Path) -> None:
     """Neither names, nor links to pages that are called by them, nor remarks."""
     (tmp_path / "élève 04" / "gallery").mkdir(parents=True)
     (tmp_path / "élève 04" / "gallery" / "drawing.png").write_bytes(PNG)
-    path = tmp_path / classpage.NAME
+    path = tmp_path / class_page.NAME
     path.write_text(page(False, tmp_path, "en"), encoding="utf-8")
     text = path.read_text(encoding="utf-8")
     assert "lève" not in text

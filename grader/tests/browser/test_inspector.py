@@ -10,7 +10,7 @@ import pytest
 
 from grader.tests.browser import jupyter
 from grader.tests.browser.chromium import screenshot
-from grader.tests.browser.jupyter import DOT, Session
+from grader.tests.browser.jupyter import DOT, BrowserSession
 
 PREFIX = "/user/someone/"  # as JupyterHub gives each person
 CELLS = ["from grader.lab import check, inspect\n\ninspect(0, (160, 60))", 'check("TP3.2")']
@@ -20,7 +20,7 @@ PHONE, ZOOMED = (420, 800), (700, 500)  # the last: 200 % of the usual one
 
 
 @pytest.fixture(scope="module")
-def session(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Session]:
+def session(tmp_path_factory: pytest.TempPathFactory) -> Iterator[BrowserSession]:
     """Start JupyterLab behind the prefix, on a notebook of two cells, and a browser on it."""
     project = tmp_path_factory.mktemp("projet")
     jupyter.write(project, CELLS)
@@ -42,7 +42,7 @@ def _drawn(page: Any) -> str:
     return str(page.evaluate("() => document.querySelector('.mrt-space').toDataURL()"))
 
 
-def test_the_inspector_at_work(session: Session) -> None:
+def test_the_inspector_at_work(session: BrowserSession) -> None:
     """Click, keys, zoom, orbit, linked rows; a crash and its mending; small windows; no error."""
     page = session.page
     session.run_all()
@@ -84,7 +84,7 @@ def test_the_inspector_at_work(session: Session) -> None:
     assert session.complaints == []
 
 
-def test_from_a_failed_check_to_its_pixel(session: Session) -> None:
+def test_from_a_failed_check_to_its_pixel(session: BrowserSession) -> None:
     """One click on what check() shows opens the inspector there: the widget, which then works."""
     page = session.page
     session.edit(LIGHT, f"{LIGHT} sum = vector_clamp(sum, 0.f, 0.2f);")
@@ -130,7 +130,7 @@ def _turn(page: Any) -> None:
     assert len(set(seen)) == len(seen)
 
 
-def _break_and_mend(session: Session) -> None:
+def _break_and_mend(session: BrowserSession) -> None:
     """Make it crash: the widget tells the line; after mending, the next pixel works."""
     page = session.page
     session.edit(DOT, f"{DOT} volatile int *p = 0; *p = 1;")

@@ -9,7 +9,7 @@ import pytest
 from grader.authoring.bench.slider import STEP
 from grader.tests.browser import jupyter
 from grader.tests.browser.chromium import screenshot
-from grader.tests.browser.jupyter import Session
+from grader.tests.browser.jupyter import BrowserSession
 
 LINE = "vec3 from_center = vector_minus(r->orig, obj->center);"  # of intersect_sphere
 CRASH = f"{LINE} *(volatile int *)0 = 1;"
@@ -21,7 +21,7 @@ CHECK = 'check("TP2.6")'
 
 
 @pytest.fixture(scope="module")
-def session(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Session]:
+def session(tmp_path_factory: pytest.TempPathFactory) -> Iterator[BrowserSession]:
     """Start JupyterLab on a copy of the workbook's TP2, finished, and a browser on it."""
     project = tmp_path_factory.mktemp("projet")
     jupyter.write(project)
@@ -29,7 +29,7 @@ def session(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Session]:
         yield made
 
 
-def test_a_lab_session(session: Session) -> None:
+def test_a_lab_session(session: BrowserSession) -> None:
     """Side by side; run all; a slider; a broken file; mended; a crash; and nothing complains."""
     page = session.page
     assert page.locator(".jp-FileEditor").is_visible()
@@ -54,7 +54,7 @@ def test_a_lab_session(session: Session) -> None:
     assert session.complaints == []
 
 
-def breaks_and_mends(session: Session) -> None:
+def breaks_and_mends(session: BrowserSession) -> None:
     """Save a file that does not compile, then the right one, then one that crashes."""
     page, figure = session.page, session.cell(FIGURE)
     before = session.picture(figure)
@@ -82,7 +82,7 @@ def breaks_and_mends(session: Session) -> None:
     session.told(session.cell(CHECK), "✓ TP2.6")
 
 
-def show(session: Session, cell: int, name: str) -> None:
+def show(session: BrowserSession, cell: int, name: str) -> None:
     """Scroll to what a cell shows, and keep what the page looks like."""
     session.output(cell).scroll_into_view_if_needed()
     screenshot(session.page, name)

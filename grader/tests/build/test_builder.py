@@ -7,17 +7,16 @@ from pathlib import Path
 
 import pytest
 
-from grader.build import headers as bind
+from grader.build import headers, toolchain
 from grader.build import target as job
-from grader.build import toolchain
 from grader.build.builder import Builder, BuildError, build
 from grader.build.declarations import declared
+from grader.build.records import BuildStatus, Target
 from grader.build.toolchain import Compiler, ToolchainError
-from grader.course import exercises as manifest
+from grader.course import exercises
 from grader.intake.originals import OriginalsError
 from grader.intake.submission import read_submission
-from grader.records import BuildStatus, Target
-from grader.sandbox.tools import Ran
+from grader.sandbox.tools import ToolResult
 from grader.tests.support.student import EVERY_PIXEL
 
 SMALL = Target(96, 64)
@@ -102,13 +101,13 @@ def test_another_size_compiles_what_depends_on_it(
 
 def test_declarations_are_kept_by_content(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """They are derived once, and again when what was kept cannot be read."""
-    sources = manifest.CORE
+    sources = exercises.CORE
     compiler = toolchain.find_compiler()
     flags = ["-DWIDTH=64", "-DHEIGHT=96"]
     first = declared(sources, flags, compiler, cache / "once")
     (kept,) = (cache / "once" / "declared").iterdir()
     with monkeypatch.context() as patch:
-        patch.setattr(bind, "derive", None)
+        patch.setattr(headers, "derive", None)
         assert declared(sources, flags, compiler, cache / "once") == first
     kept.write_text('{"binding": {}}', encoding="utf-8")
     assert declared(sources, flags, compiler, cache / "once") == first
@@ -129,9 +128,9 @@ def test_a_given_file_that_fails_is_the_machines_fault(
     """A core_c without a given file, or with a broken one, is never held against the submission."""
     core = tmp_path / "core_c"
     core.mkdir()
-    for name in (*manifest.load().given, *manifest.load().student):
-        (core / name).write_bytes((manifest.CORE / name).read_bytes())
-    monkeypatch.setattr(manifest, "CORE", core)
+    for name in (*exercises.load().given, *exercises.load().student):
+        (core / name).write_bytes((exercises.CORE / name).read_bytes())
+    monkeypatch.setattr(exercises, "CORE", core)
     (core / "scene.c").write_text("int broken(", encoding="utf-8")
     with pytest.raises(BuildError) as caught:
         build(read_submission(submission()), [SMALL], cache)
@@ -185,7 +184,7 @@ def test_a_compiler_killed_from_outside_is_the_machines_fault(
     submission: Write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, status: int, words: str
 ) -> None:
     """Nobody gets a zero because the machine was short of memory."""
-    monkeypatch.setattr(job, "run_tool", lambda *_, **__: Ran(status, "", words))
+    monkeypatch.setattr(job, "run_tool", lambda *_, **__: ToolResult(status, "", words))
     with pytest.raises(BuildError) as caught:
         build(read_submission(submission()), [SMALL], tmp_path)
     assert caught.value.key == "machine.compiler_fails"

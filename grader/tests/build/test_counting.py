@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from grader.records import CheckResult
+from grader.evaluation.records import CheckResult
 from grader.tests.support.judging import judge, solution
 
 CHECK = "tp4.octree.fewer_tests"

@@ -10,9 +10,9 @@ import pytest
 
 from grader.build import toolchain
 from grader.build.headers import derive
-from grader.course import exercises as manifest
+from grader.build.records import BindError, Binding, Target
+from grader.course import exercises
 from grader.execution.dtypes import Types
-from grader.records import BindError, Binding, Target
 
 FLAGS = toolchain.defines(Target(96, 64))
 
@@ -26,12 +26,12 @@ def derive_from(folder: Path, header: str) -> tuple[Binding, str]:
 @pytest.fixture(scope="module")
 def core_binding() -> Binding:
     """Return the binding of the core's own headers."""
-    return derive(manifest.CORE, FLAGS, toolchain.find_compiler().command)[0]
+    return derive(exercises.CORE, FLAGS, toolchain.find_compiler().command)[0]
 
 
 def test_every_function_of_the_manifest_is_declared(core_binding: Binding) -> None:
     """The manifest names only functions that exercises.h declares."""
-    names = {name for each in manifest.load().exercises for name in each.functions}
+    names = {name for each in exercises.load().exercises for name in each.functions}
     assert names <= set(core_binding.functions)
 
 
@@ -39,7 +39,7 @@ def test_gcc_and_clang_give_the_same_declarations(core_binding: Binding) -> None
     """The declarations come from the headers, not from the compiler."""
     for command in ("gcc", "clang"):
         found = toolchain.find_compiler(command)
-        assert derive(manifest.CORE, FLAGS, found.command)[0] == core_binding
+        assert derive(exercises.CORE, FLAGS, found.command)[0] == core_binding
 
 
 def test_system_headers_and_bodies_do_not_leak(core_binding: Binding) -> None:
@@ -112,7 +112,15 @@ def test_dtypes_have_the_layout_of_c(core_binding: Binding, tmp_path: Path) -> N
         + "}",
         encoding="utf-8",
     )
-    command = ["gcc", *FLAGS, "-iquote", str(manifest.CORE), str(source), "-o", str(tmp_path / "a")]
+    command = [
+        "gcc",
+        *FLAGS,
+        "-iquote",
+        str(exercises.CORE),
+        str(source),
+        "-o",
+        str(tmp_path / "a"),
+    ]
     subprocess.run(command, check=True, timeout=30)
     done = subprocess.run([str(tmp_path / "a")], check=True, timeout=30, capture_output=True)
     assert types.layout == tuple(int(each) for each in done.stdout.split())

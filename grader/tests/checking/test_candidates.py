@@ -12,24 +12,25 @@ import numpy as np
 import pytest
 
 from grader.authoring.expected.pictures import drift, lineup
-from grader.authoring.expected.pictures.program import Program
-from grader.authoring.expected.pictures.sources import Source
+from grader.authoring.expected.pictures.program import RenderProgram
+from grader.authoring.expected.pictures.sources import PictureSource
 from grader.authoring.expected.pictures.wrongs import TABLE
 from grader.authoring.specimens import mistakes
-from grader.checking import observations as testimony
+from grader.checking import observations
 from grader.checking.expected_data import FOLDER, ExpectedError, read_manifest
-from grader.checking.pictures import candidates as suspects
-from grader.checking.pictures import expected_files as stored
+from grader.checking.pictures import candidates, expected_files
 from grader.checking.pictures.judgement import judge
 from grader.checking.pictures.neighbours import beyond
-from grader.checking.pictures.plan import JUDGED, Picture
+from grader.checking.pictures.plan import JUDGED, ExpectedPicture
+from grader.checking.records import Evidence
 from grader.checking.shapes import Image
-from grader.course import exercises as manifest
-from grader.evaluation import recognition as diagnosis
-from grader.evaluation.recognition import Known, encode, named
-from grader.records import Evidence, Finding, Outcome, Verdict
+from grader.course import exercises
+from grader.course.message import Message
+from grader.evaluation import recognition
+from grader.evaluation.recognition import KnownMistake, encode, with_mistakes
+from grader.evaluation.records import Finding, Outcome
 
-RULES = manifest.load()
+RULES = exercises.load()
 KNOWN = {each.id: each for each in mistakes.load()}
 FLAT, ALSO_FLAT, DISTANCE = "tp2.scene.flat_1", "tp2.scene.flat_4", "tp2.intersect_sphere.distance"
 
@@ -48,25 +49,25 @@ def test_a_border_may_move_by_a_pixel_and_no_more() -> None:
 
 def test_mistakes_are_stored_with_the_pictures_that_show_them() -> None:
     """Of those that show, all but a few that crash; nothing where nothing shows."""
-    stored_ids = {name for picture in JUDGED for name in suspects.shown_in(FOLDER, picture.name)}
+    stored_ids = {name for picture in JUDGED for name in candidates.shown_in(FOLDER, picture.name)}
     assert stored_ids <= KNOWN.keys()
     assert len(stored_ids) > 0.7 * sum(each.tp > 1 for each in KNOWN.values())
-    assert suspects.shown_in(FOLDER, "scene0.fresnel_plain_lobe") == ()
+    assert candidates.shown_in(FOLDER, "scene0.fresnel_plain_lobe") == ()
 
 
 @pytest.mark.parametrize(
     ("name", "picture"),
     [
-        ("sphere_radius_not_squared", Picture(0, "flat")),
-        ("shade_phong", Picture(4, "blinn_phong")),
-        ("shadow_beyond_light", Picture(4, "shadows")),
-        ("mirror_single_bounce", Picture(4, "mirror")),
+        ("sphere_radius_not_squared", ExpectedPicture(0, "flat")),
+        ("shade_phong", ExpectedPicture(4, "blinn_phong")),
+        ("shadow_beyond_light", ExpectedPicture(4, "shadows")),
+        ("mirror_single_bounce", ExpectedPicture(4, "mirror")),
     ],
     ids=lambda each: str(each),
 )
-def test_a_mistake_is_found_in_another_program(name: str, picture: Picture) -> None:
+def test_a_mistake_is_found_in_another_program(name: str, picture: ExpectedPicture) -> None:
     """One in double, built otherwise: its pixels are not the stored ones."""
-    source = Source(name, Program(KNOWN[name].files(), ("-O1",), double=True))
+    source = PictureSource(name, RenderProgram(KNOWN[name].files(), ("-O1",), double=True))
     assert judge(FOLDER, picture, source.draw(picture)).suspects == (name,)
 
 
@@ -80,29 +81,29 @@ def test_what_no_known_mistake_gives_is_not_named(wrong: object) -> None:
     assert judge(FOLDER, wrong.picture, wrong.drawn()).suspects == ()  # type: ignore[attr-defined]
 
 
-def with_drawn(folder: Path, picture: Picture, drawn: dict[str, Image]) -> None:
+def with_drawn(folder: Path, picture: ExpectedPicture, drawn: dict[str, Image]) -> None:
     """Put pictures of mistakes in the place of those of a folder of expected data."""
-    name = suspects.name_of(picture.name)
-    right, expected = stored.read_png(folder, picture), stored.read(folder, picture)
-    content = suspects.encode(drawn, right, expected.envelope)
-    (folder / stored.FOLDER / name).write_bytes(content)
-    rules = read_manifest(folder / stored.FOLDER)
+    name = candidates.name_of(picture.name)
+    right, expected = expected_files.read_png(folder, picture), expected_files.read(folder, picture)
+    content = candidates.encode(drawn, right, expected.envelope)
+    (folder / expected_files.FOLDER / name).write_bytes(content)
+    rules = read_manifest(folder / expected_files.FOLDER)
     rules["files"][name] = {"sha256": hashlib.sha256(content).hexdigest()}
     text = json.dumps(rules)
-    (folder / stored.FOLDER / "manifest.json").write_text(text, encoding="utf-8")
+    (folder / expected_files.FOLDER / "manifest.json").write_text(text, encoding="utf-8")
 
 
 @pytest.fixture
 def data(tmp_path: Path) -> Path:
     """Return a copy of the pictures' folder."""
-    shutil.copytree(FOLDER / stored.FOLDER, tmp_path / stored.FOLDER)
+    shutil.copytree(FOLDER / expected_files.FOLDER, tmp_path / expected_files.FOLDER)
     return tmp_path
 
 
 def test_pictures_that_are_alike_are_suspected_together(data: Path) -> None:
     """One that is a little nearer than the other does not win; one that is far is left out."""
-    picture = Picture(0, "flat")
-    got = stored.read_png(data, picture)
+    picture = ExpectedPicture(0, "flat")
+    got = expected_files.read_png(data, picture)
     got[60:120, 100:200] = (0.9, 0.9, 0.0)
     alike, far = got.copy(), got.copy()
     alike[60, 100:130] = (0.0, 0.9, 0.9)
@@ -110,20 +111,22 @@ def test_pictures_that_are_alike_are_suspected_together(data: Path) -> None:
     broken = got.copy()
     broken[0, 0] = np.nan  # the same but for what is no number
     with_drawn(data, picture, {"same": got, "alike": alike, "far": far, "broken": broken})
-    expected = stored.read(data, picture)
-    assert suspects.suspects(data, expected, got) == ("same", "alike", "broken")
-    assert suspects.shown_in(data, picture.name) == ("same", "alike", "far", "broken")
+    expected = expected_files.read(data, picture)
+    assert candidates.suspects(data, expected, got) == ("same", "alike", "broken")
+    assert candidates.shown_in(data, picture.name) == ("same", "alike", "far", "broken")
     elsewhere = np.zeros(got.shape[:2], bool)
     elsewhere[60:80, 100:200] = True
-    assert suspects.suspects(data, expected, far, elsewhere) == ("far",)
+    assert candidates.suspects(data, expected, far, elsewhere) == ("far",)
 
 
 def test_a_file_of_mistakes_that_is_not_whole_is_refused(data: Path) -> None:
     """One line names it and the cure."""
-    picture = Picture(0, "flat")
-    (data / stored.FOLDER / suspects.name_of(picture.name)).write_bytes(b"spoiled")
+    picture = ExpectedPicture(0, "flat")
+    (data / expected_files.FOLDER / candidates.name_of(picture.name)).write_bytes(b"spoiled")
     with pytest.raises(ExpectedError, match=r"scene0\.flat\.mistakes\.npz.*make expected"):
-        suspects.suspects(data, stored.read(data, picture), np.ones((180, 320, 3), np.float32))
+        candidates.suspects(
+            data, expected_files.read(data, picture), np.ones((180, 320, 3), np.float32)
+        )
 
 
 def test_other_mistakes_make_the_pictures_drift(
@@ -143,18 +146,18 @@ def test_other_mistakes_make_the_pictures_drift(
 
 def seen(check: str, picture: str, *names: str, **fields: object) -> Finding:
     """Return a picture's check that failed with these suspects, or passed without any."""
-    noted = testimony.Testimony()
+    noted = observations.Observations()
     noted.look_at(picture, names)
     outcome = Outcome.FAILED if names else Outcome.PASSED
-    found = Finding(check, "title", outcome, testimony=noted.parts)
+    found = Finding(check, "title", outcome, observations=noted.parts)
     return replace(found, **fields)  # type: ignore[arg-type]
 
 
 def with_bank(folder: Path, names: list[str]) -> Path:
     """Return a folder whose known mistakes fail one check of the spheres."""
-    signature = diagnosis.signature([Finding(DISTANCE, "", Outcome.FAILED, Verdict("failure"))])
-    content = encode({name: Known("TP2.4", signature) for name in names})
-    (folder / diagnosis.BANK).write_bytes(content)
+    signature = recognition.signature([Finding(DISTANCE, "", Outcome.FAILED, Message("failure"))])
+    content = encode({name: KnownMistake("TP2.4", signature) for name in names})
+    (folder / recognition.BANK).write_bytes(content)
     rules = {"files": {}, "bank": {"sha256": hashlib.sha256(content).hexdigest()}}
     (folder / "manifest.json").write_text(json.dumps(rules), encoding="utf-8")
     return folder
@@ -182,16 +185,16 @@ def test_what_explains_all_the_pictures_is_named(
     tmp_path: Path, findings: tuple[Finding, ...], expected: tuple[str, ...]
 ) -> None:
     """And is wrong nowhere else; three at most."""
-    (tmp_path / stored.FOLDER).mkdir()
+    (tmp_path / expected_files.FOLDER).mkdir()
     folder = with_bank(tmp_path, ["a", "b", "c", "d"])
-    told = named(findings, RULES, folder)
+    told = with_mistakes(findings, RULES, folder)
     assert told[0].evidence.mistakes == expected
     assert all(each.evidence == Evidence() for each in told if each.check == DISTANCE)
 
 
 def test_a_mistake_that_would_show_in_a_right_picture_is_not_named(data: Path) -> None:
     """Scene 4 is right, and one of the two draws it otherwise."""
-    with_drawn(data, Picture(4, "flat"), {"a": np.zeros((180, 320, 3), np.float32)})
+    with_drawn(data, ExpectedPicture(4, "flat"), {"a": np.zeros((180, 320, 3), np.float32)})
     folder = with_bank(data, ["a", "b"])
-    told = named([ONE, seen(ALSO_FLAT, "scene4.flat")], RULES, folder)
+    told = with_mistakes([ONE, seen(ALSO_FLAT, "scene4.flat")], RULES, folder)
     assert told[0].evidence.mistakes == ("b",)

@@ -12,19 +12,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from grader.authoring.expected import command as generator
-from grader.checking import describe as show
-from grader.checking.comparison import Trial, Wrong, far, unit
+from grader.authoring.expected import command
+from grader.checking import describe
+from grader.checking.comparison import Answers, Wrong, far, unit
 from grader.checking.expected_data import FOLDER, SIZE, Answer, Batch, ExpectedError, encode, read
 from grader.evaluation.recognition import BANK
-from grader.execution.session import Array, Core, open_core
+from grader.execution.session import Array, Library, open_core
 
 ROOT = Path(__file__).resolve().parents[3]
 SUITE = "intersect_sphere.front"
 
 
 @pytest.fixture(scope="module")
-def core(cache: Path) -> Iterator[Core]:
+def core(cache: Path) -> Iterator[Library]:
     """Return the reference, at the size of the data."""
     with open_core(ROOT / "reference", *SIZE, cache=cache) as core:
         yield core
@@ -40,13 +40,13 @@ def copy(tmp_path: Path) -> Path:
 
 def test_the_stored_data_is_what_the_reference_gives() -> None:
     """Nothing has drifted: inputs are the same, answers as close as rounding allows."""
-    assert generator.main(["--check"]) == 0
+    assert command.main(["--check"]) == 0
 
 
 def test_drift_is_told(copy: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Another seed's inputs, and a suite that nothing makes any more, are named."""
     (copy / "autre.npz").write_bytes(b"")
-    assert generator.main(["--check", "--out", str(copy), "--seed", "3"]) == 1
+    assert command.main(["--check", "--out", str(copy), "--seed", "3"]) == 1
     said = capsys.readouterr().out
     assert f"{SUITE}.npz has drifted from the reference; run make expected" in said
     assert "autre.npz: not in the manifest" in said
@@ -56,7 +56,7 @@ def test_another_seed_gives_other_data_and_the_same_suites(tmp_path: Path) -> No
     """It can be made anywhere, and made twice it is the same to the byte."""
     folders = [tmp_path / name for name in ("un", "deux")]
     for folder in folders:
-        assert generator.main(["--seed", "3", "--out", str(folder), "--without-bank"]) == 0
+        assert command.main(["--seed", "3", "--out", str(folder), "--without-bank"]) == 0
     paths = [path for path in FOLDER.rglob("*") if path.is_file() and path.name != BANK]
     names = sorted(str(path.relative_to(FOLDER)) for path in paths)
     made = [path for path in folders[0].rglob("*") if path.is_file()]
@@ -70,8 +70,7 @@ def test_the_manifest_tells_where_the_data_comes_from() -> None:
     """Command, compiler; of each file its sum, its tolerance, and the reason for it."""
     manifest = json.loads((FOLDER / "manifest.json").read_text(encoding="utf-8"))
     assert (
-        manifest["command"]
-        == f"python -m grader.authoring.expected.command --seed {generator.SEED}"
+        manifest["command"] == f"python -m grader.authoring.expected.command --seed {command.SEED}"
     )
     assert manifest["size"] == list(SIZE)
     assert manifest["compiler"]
@@ -82,7 +81,7 @@ def test_the_manifest_tells_where_the_data_comes_from() -> None:
         assert rules["reason"]
 
 
-def test_what_is_written_is_read_again(core: Core, tmp_path: Path) -> None:
+def test_what_is_written_is_read_again(core: Library, tmp_path: Path) -> None:
     """Structs with a union, globals, several answers: nothing changes on the way."""
     (batch, *_) = read(FOLDER, "trace_ray.object", core)
     again = encode([batch])
@@ -93,7 +92,7 @@ def test_what_is_written_is_read_again(core: Core, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("spoil", ["changed", "gone", "manifest", "malformed"])
-def test_data_that_is_not_whole_is_refused(core: Core, copy: Path, spoil: str) -> None:
+def test_data_that_is_not_whole_is_refused(core: Library, copy: Path, spoil: str) -> None:
     """One line names the file and the cure."""
     path = copy / ("manifest.json" if spoil in ("manifest", "malformed") else f"{SUITE}.npz")
     if spoil == "changed":
@@ -108,7 +107,7 @@ def test_data_that_is_not_whole_is_refused(core: Core, copy: Path, spoil: str) -
     assert "\n" not in str(error.value)
 
 
-def test_data_of_other_structs_is_refused(core: Core, copy: Path) -> None:
+def test_data_of_other_structs_is_refused(core: Library, copy: Path) -> None:
     """Bytes of a struct of another size are not read as if they were ours."""
     (batch,) = read(FOLDER, SUITE, core)
     short = Batch(batch.function, {**batch.args, "obj": np.zeros((3, 8), np.uint8)}, {})
@@ -126,7 +125,7 @@ def test_a_folder_that_cannot_be_written_is_wrong_use(
 ) -> None:
     """One line, exit code 2."""
     (tmp_path / "file").write_text("", encoding="utf-8")
-    assert generator.main(["--out", str(tmp_path / "file" / "data")]) == 2
+    assert command.main(["--out", str(tmp_path / "file" / "data")]) == 2
     assert capsys.readouterr().err.endswith("choose another --out\n")
 
 
@@ -143,12 +142,12 @@ def numbers(values: list[float]) -> Array:
     return np.array(values, np.float32)
 
 
-def asked(got: list[float], *accepted: list[float]) -> Trial:
+def asked(got: list[float], *accepted: list[float]) -> Answers:
     """Return a trial of reflectance, with answers of several conventions."""
     args = {"n1": numbers([2.37, 1, 3]), "n2": numbers([1.16, 3, 1.14])}
     answers = tuple(Answer(numbers(each), {}) for each in accepted)
     batch = Batch("reflectance", args, {}, answers, 1e-3)
-    return Trial(batch, Answer(numbers(got), {}))
+    return Answers(batch, Answer(numbers(got), {}))
 
 
 def test_any_one_convention_will_do() -> None:
@@ -162,30 +161,30 @@ def test_the_simplest_wrong_case_is_shown() -> None:
     """Of several wrong answers, the one whose inputs are easiest to follow."""
     with pytest.raises(Wrong) as error:
         asked([0, 0, 0], [1, 2, 3]).expect("result")
-    assert error.value.verdict.key == "failure.result"
+    assert error.value.message.key == "failure.result"
     values = {"call": "reflectance(n1 = 1, n2 = 3)", "got": "0", "expected": "2"}
-    assert error.value.verdict.values == values
+    assert error.value.message.values == values
 
 
-def test_the_simplest_is_the_least_complex(core: Core) -> None:
+def test_the_simplest_is_the_least_complex(core: Library) -> None:
     """Found quickly among many calls, it is what comparing all of them one by one would find."""
     suites = (SUITE, "shade.both", "intersect_cone.caps", "camera_ray.anywhere", "shade.lobe")
     for batch in chain.from_iterable(read(FOLDER, suite, core) for suite in suites):
-        complexities = [show.complexity(batch, case) for case in range(batch.count)]
+        complexities = [describe.complexity(batch, case) for case in range(batch.count)]
         for step in (1, 7):
             cases = np.arange(0, batch.count, step)
-            assert show.simplest(batch, cases) == min(cases, key=complexities.__getitem__)
+            assert describe.simplest(batch, cases) == min(cases, key=complexities.__getitem__)
 
 
-def test_calls_are_told_by_what_matters(core: Core) -> None:
+def test_calls_are_told_by_what_matters(core: Library) -> None:
     """What is only written, what is zero, and what the function does not read are left out."""
     (batch,) = read(FOLDER, SUITE, core)
-    assert show.call(batch, 0, ["it"]) == (
+    assert describe.call(batch, 0, ["it"]) == (
         "intersect_sphere(r = {orig (0, 0, 5), dir (0, 0, -1)}, it,"
         " obj = {SPHERE, center (0, 0, 0), radius 1})"
     )
     (sky, *_) = read(FOLDER, "mirror_color.sky", core)
-    told = show.call(sky, 0)
+    told = describe.call(sky, 0)
     assert "ks (1, 1, 1)" in told
     assert "kd" not in told
     assert told.endswith("[options.fresnel = false]")

@@ -18,16 +18,16 @@ from grader.authoring.expected.pictures import drift
 from grader.authoring.expected.pictures.calibration import MARGIN
 from grader.authoring.expected.pictures.make import maps
 from grader.authoring.expected.pictures.readings import REFERENCE, Reading
-from grader.authoring.expected.pictures.sources import Source, mixtures
+from grader.authoring.expected.pictures.sources import PictureSource, mixtures
 from grader.authoring.expected.pictures.texels import texels
-from grader.authoring.expected.pictures.wrongs import TABLE, Wrong
+from grader.authoring.expected.pictures.wrongs import TABLE, WrongProgram
 from grader.checking.expected_data import FOLDER, ExpectedError, read_manifest
-from grader.checking.pictures import expected_files as stored
+from grader.checking.pictures import expected_files
 from grader.checking.pictures.judgement import Judgement, judge
 from grader.checking.pictures.measure import tile_means, worst_tile
-from grader.checking.pictures.plan import JUDGED, Picture, everything
+from grader.checking.pictures.plan import JUDGED, ExpectedPicture, everything
 from grader.checking.shapes import Image
-from grader.course import exercises as manifest
+from grader.course import exercises
 from grader.course.texts import LANGUAGES, Texts
 
 EN = Texts("en")
@@ -40,7 +40,7 @@ UNREADABLE = re.compile(r"[{}]|\b(picture|thing|part)\.\w|\b(de les?|à les?) | 
 def drawn(scene: int, stage: str) -> Image:
     """Return the reference's picture, which a test may spoil."""
     seed = 1 if stage == "glass" else 0
-    return REFERENCE.draw(Picture(scene, stage), texels(), seed).copy()
+    return REFERENCE.draw(ExpectedPicture(scene, stage), texels(), seed).copy()
 
 
 def told(found: Judgement) -> str:
@@ -51,29 +51,33 @@ def told(found: Judgement) -> str:
 
 def judged(scene: int, stage: str, got: Image, *only: str) -> Judgement:
     """Judge a picture by the stored ones."""
-    return judge(FOLDER, Picture(scene, stage), got, only)
+    return judge(FOLDER, ExpectedPicture(scene, stage), got, only)
 
 
 # ---- What is right -------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("picture", JUDGED, ids=lambda each: each.name)
-def test_the_references_own_picture_is_right(picture: Picture) -> None:
+def test_the_references_own_picture_is_right(picture: ExpectedPicture) -> None:
     """In full, without a word."""
     assert judged(picture.scene, picture.stage, drawn(picture.scene, picture.stage)) == Judgement()
 
 
 @pytest.mark.parametrize("source", mixtures(3, seed=99), ids=lambda each: each.id)
-def test_mixtures_of_accepted_choices_are_right(source: Source) -> None:
+def test_mixtures_of_accepted_choices_are_right(source: PictureSource) -> None:
     """With other seeds than those that the limits were made and tried with."""
-    for picture in (Picture(0, "shadows"), Picture(4, "fresnel"), Picture(4, "smooth")):
+    for picture in (
+        ExpectedPicture(0, "shadows"),
+        ExpectedPicture(4, "fresnel"),
+        ExpectedPicture(4, "smooth"),
+    ):
         assert judged(picture.scene, picture.stage, source.draw(picture)).complaint is None
 
 
 @pytest.mark.parametrize("patch", ["sphere_direct", "offset_along_the_normal"])
 def test_roundings_that_grow_from_bounce_to_bounce_are_right(patch: str) -> None:
     """Among spheres that overlap, right programs that ignore the options share few pixels."""
-    got = Reading(patch, (patch,)).draw(Picture(3, "fresnel"), texels())
+    got = Reading(patch, (patch,)).draw(ExpectedPicture(3, "fresnel"), texels())
     found = judged(3, "shadows", got)
     assert found.complaint is None
     assert found.remark is not None
@@ -212,7 +216,7 @@ def test_acne_is_told_from_shadows() -> None:
 
 
 @pytest.mark.parametrize("wrong", WRONGS, ids=lambda each: f"{each.id}, {each.picture.name}")
-def test_what_is_wrong_is_said(wrong: Wrong) -> None:
+def test_what_is_wrong_is_said(wrong: WrongProgram) -> None:
     """Its sentence, the thing or part in it, and what is paid all the same."""
     found = wrong.judged()
     assert wrong.complaint(found) == ""
@@ -258,7 +262,7 @@ def test_worst_tile_and_means_of_tiles() -> None:
 
 def test_every_picture_is_stored_with_its_limits() -> None:
     """The manifest says how it was made; packing loses nothing."""
-    files = read_manifest(FOLDER / stored.FOLDER)["files"]
+    files = read_manifest(FOLDER / expected_files.FOLDER)["files"]
     for picture in everything():
         rules = files[f"{picture.name}.npz"]
         assert rules["readings"][0] == "reference"
@@ -266,18 +270,20 @@ def test_every_picture_is_stored_with_its_limits() -> None:
             assert row["limit"] >= MARGIN * row["worst"], name
             assert row["reason"]
     values = np.random.default_rng(1).integers(0, 65535, (3, 5, 70)).astype(np.uint16)
-    np.testing.assert_array_equal(stored.unpacked(stored.packed(values)), values)
+    np.testing.assert_array_equal(expected_files.unpacked(expected_files.packed(values)), values)
     far = np.array([0.0, 3.3, 999.0, 1e9])
     np.testing.assert_allclose(
-        stored.distances(stored.distances_packed(far)), [0, 3.3, 999, 1000], rtol=2e-4
+        expected_files.distances(expected_files.distances_packed(far)),
+        [0, 3.3, 999, 1000],
+        rtol=2e-4,
     )
 
 
 def test_checks_look_at_the_pictures_whose_limits_are_calibrated() -> None:
     """Each of plan.JUDGED by some check, and no other."""
-    path = manifest.PACKAGE / "checks" / "test_scenes.py"
+    path = exercises.PACKAGE / "checks" / "test_scenes.py"
     calls = [each for each in ast.walk(ast.parse(path.read_text("utf-8"))) if _is_check(each)]
-    asked = {Picture(*(ast.literal_eval(arg) for arg in call.args[1:3])) for call in calls}
+    asked = {ExpectedPicture(*(ast.literal_eval(arg) for arg in call.args[1:3])) for call in calls}
     assert asked == set(JUDGED)
 
 
@@ -287,8 +293,8 @@ def _is_check(node: ast.AST) -> TypeGuard[ast.Call]:
 
 def test_drift_of_pictures_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A file that is not the reference's any more, and one too many."""
-    shutil.copytree(FOLDER / stored.FOLDER, tmp_path / stored.FOLDER)
-    folder = tmp_path / stored.FOLDER
+    shutil.copytree(FOLDER / expected_files.FOLDER, tmp_path / expected_files.FOLDER)
+    folder = tmp_path / expected_files.FOLDER
     (folder / "scene9.flat.npz").write_bytes(b"")
     text = (folder / "manifest.json").read_text(encoding="utf-8")
     for name in ("scene0.flat.npz", "scene0.mirror.npz"):
@@ -308,9 +314,9 @@ def test_drift_of_pictures_is_told(tmp_path: Path, capsys: pytest.CaptureFixture
 @pytest.mark.parametrize("name", ["scene0.flat.npz", "scene0.flat.png", "manifest.json"])
 def test_a_file_that_is_not_whole_is_refused(tmp_path: Path, name: str) -> None:
     """One line names the file and the cure."""
-    shutil.copytree(FOLDER / stored.FOLDER, tmp_path / stored.FOLDER)
-    (tmp_path / stored.FOLDER / name).write_bytes(b"spoiled")
+    shutil.copytree(FOLDER / expected_files.FOLDER, tmp_path / expected_files.FOLDER)
+    (tmp_path / expected_files.FOLDER / name).write_bytes(b"spoiled")
     with pytest.raises(ExpectedError, match="make expected") as error:
-        judge(tmp_path, Picture(0, "flat"), np.zeros((180, 320, 3), np.float32))
+        judge(tmp_path, ExpectedPicture(0, "flat"), np.zeros((180, 320, 3), np.float32))
     assert name in str(error.value)
     assert "\n" not in str(error.value)

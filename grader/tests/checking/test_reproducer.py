@@ -15,8 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from grader.checking import c_literals as literals
-from grader.checking import reproducer
+from grader.checking import c_literals, reproducer
 from grader.checking.expected_data import Answer, Batch
 from grader.checking.reproducer import Look
 from grader.course.exercises import CORE, ROOT
@@ -245,7 +244,7 @@ def test_a_scene_too_long_to_read_has_no_program() -> None:
 )
 def test_numbers_are_read_back_as_they_were(item: Any, text: str) -> None:
     """The shortest literal that is the same float."""
-    assert literals.number(item) == text
+    assert c_literals.number(item) == text
     if text[-1] == "f":
         assert np.float32(text[:-1]) == item
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from grader.build import substitution as substitute
-from grader.course import exercises as manifest
+from grader.build import substitution
+from grader.course import exercises
 from grader.evaluation.recognition import is_picture
 from grader.tests.support.judging import judge, solution
 
@@ -29,7 +29,7 @@ def lost(changes: Mapping[str, str], cache: Path) -> dict[str, str]:
         assert old in files["raytracer.c"], old
         files["raytracer.c"] = files["raytracer.c"].replace(old, new)
     functions = [
-        name for name in manifest.load().checks() if not (is_picture(name) or name[:3] == "tp1")
+        name for name in exercises.load().checks() if not (is_picture(name) or name[:3] == "tp1")
     ]
     found = judge(files, cache, chosen=functions)
     return {each.id: each.message for each in found.values() if each.outcome.value != "passed"}
@@ -44,7 +44,7 @@ def test_ignored_options_cost_no_point(
     changes: Mapping[str, str], cache: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Answers with the later features on are accepted, without the reference's help."""
-    monkeypatch.setattr(substitute, "is_possible", lambda: False)
+    monkeypatch.setattr(substitution, "is_possible", lambda: False)
     assert lost(changes, cache) == {}
 
 

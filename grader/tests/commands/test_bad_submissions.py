@@ -16,8 +16,8 @@ from typing import Any
 
 import pytest
 
-from grader import commands as cli
-from grader.course import exercises as manifest
+from grader import commands
+from grader.course import exercises
 from grader.course.exercises import read_toml
 
 FOLDER = Path(__file__).parent / "submissions"
@@ -42,7 +42,7 @@ def write(case: dict[str, Any], submission: Write) -> Path:
     files = {name: text.removeprefix("\n") for name, text in case.get("files", {}).items()}
     folder = submission(files, **case.get("bodies", {}))
     for name in case.get("given", []):
-        (folder / name).write_bytes((manifest.CORE / name).read_bytes())
+        (folder / name).write_bytes((exercises.CORE / name).read_bytes())
     for name in case.get("absent", []):
         (folder / name).unlink()
     for name, old, new in case.get("replace", []):
@@ -57,7 +57,7 @@ def write(case: dict[str, Any], submission: Write) -> Path:
 def expected(case: dict[str, Any]) -> dict[str, str]:
     """Return the outcome of each check of TP1."""
     outcomes: dict[str, str] = {}
-    for exercise in manifest.load().exercises:
+    for exercise in exercises.load().exercises:
         wrong = exercise.file in case.get("lost", ())
         wrong = wrong or exercise.functions[0] in case.get("missing", ())
         outcome = case.get("outcome", "failed" if wrong else "passed")
@@ -82,7 +82,7 @@ def test_bad_submission(
     build.mkdir()
     (build / "cache").symlink_to(cache)
     words = ["grade", str(folder), "--build", str(build)]
-    assert cli.main([*words, "--lang", "fr", "--tp", "1"]) == cli.GRADED
+    assert commands.main([*words, "--lang", "fr", "--tp", "1"]) == commands.GRADED
     said = capsys.readouterr().out
     results = json.loads((build / "grade" / "partial" / "results.json").read_text(encoding="utf-8"))
     assert {each["id"]: each["outcome"] for each in results["checks"]} == expected(case)
@@ -92,7 +92,9 @@ def test_bad_submission(
     for sentence in case.get("never", ()):
         assert sentence not in said
     if "says_en" in case:
-        assert cli.main([*words, "--lang", "en", "-k", case.get("missing", ["fill_red"])[0]]) == 0
+        assert (
+            commands.main([*words, "--lang", "en", "-k", case.get("missing", ["fill_red"])[0]]) == 0
+        )
         said = capsys.readouterr().out
         for sentence in case["says_en"]:
             assert sentence in said

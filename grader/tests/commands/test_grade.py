@@ -10,7 +10,7 @@ import pytest
 
 from grader.authoring.skeleton import skeleton
 from grader.build import toolchain
-from grader.course import exercises as manifest
+from grader.course import exercises
 from grader.tests.support import grading
 from grader.tests.support.grading import Graded
 from grader.tests.support.student import EVERY_PIXEL
@@ -36,7 +36,7 @@ def grade(cache: Path, tmp_path: Path) -> Grade:
 
 def full_points() -> dict[str, float]:
     """Return what every check of TP1 is worth."""
-    checks = manifest.load().checks().items()
+    checks = exercises.load().checks().items()
     return {name[4:]: each.points / 100 for name, each in checks if name.startswith("tp1.")}
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from grader.build.builder import BuildError
-from grader.commands import submit as handin
+from grader.commands import submit
 from grader.intake.submission import read_submission
 
 Write = Callable[..., Path]
@@ -35,7 +35,7 @@ def hand(
         places = ["--source", str(folder), "--build", str(build)]
         if "--out" not in words:
             places += ["--out", str(tmp_path / "out")]
-        code = handin.main([*places, *words])
+        code = submit.main([*places, *words])
         said = capsys.readouterr()
         return code, said.out.splitlines(), said.err.splitlines()
 
@@ -176,7 +176,7 @@ def test_a_machine_without_compiler_stops_nobody(
     def missing(*_: object) -> None:
         raise BuildError("machine.no_compiler", tried="no-such-cc")
 
-    monkeypatch.setattr(handin, "build", missing)
+    monkeypatch.setattr(submit, "build", missing)
     code, said, _ = hand(work)
     assert code == 0
     assert any(row.startswith("Pas de compilateur C (no-such-cc)") for row in said)

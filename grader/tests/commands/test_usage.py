@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from grader import commands as cli
+from grader import commands
 from grader.console.parser import complaint, tp_number
-from grader.course import settings as course
+from grader.course import settings
 from grader.course.texts import Texts
 from grader.tests.support.judging import judge, solution
 
@@ -33,7 +33,7 @@ def test_a_wrong_command_line_is_told_in_french(
     """One line on stderr, which names what was typed, and 2."""
     monkeypatch.delenv("MRT_LANG", raising=False)
     with pytest.raises(SystemExit) as caught:
-        cli.main(words)
+        commands.main(words)
     out, err = capsys.readouterr()
     assert (caught.value.code, out) == (2, "")
     assert err.replace("'", "").startswith(said.replace("'", ""))  # Pythons quote differently
@@ -54,7 +54,7 @@ def test_the_help_speaks_the_language_asked_for(capsys: pytest.CaptureFixture[st
         ("en", ["shows this"]),
     ):
         with pytest.raises(SystemExit) as caught:
-            cli.main(["grade", "--help", "--lang", language])
+            commands.main(["grade", "--help", "--lang", language])
         out = capsys.readouterr().out
         assert caught.value.code == 0
         assert all(word in out for word in words)
@@ -69,11 +69,11 @@ def test_a_tp_that_is_not_open_is_neither_judged_nor_counted(
     cache: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Unless the settings say so, or it is asked for."""
-    only = course.Course("fr", "c", (1,), count_closed=False)
-    monkeypatch.setattr(course, "load", lambda: only)
+    only = settings.Course("fr", "c", (1,), count_closed=False)
+    monkeypatch.setattr(settings, "load", lambda: only)
     keyword = "tp1.fill_red or tp5.reflectance"
     assert {each.tp for each in judge(solution(), cache, keyword=keyword).values()} == {1}
     assert {each.tp for each in judge(solution(), cache, 5, keyword).values()} == {5}
-    every = course.Course("fr", "c", (1,), count_closed=True)
-    monkeypatch.setattr(course, "load", lambda: every)
+    every = settings.Course("fr", "c", (1,), count_closed=True)
+    monkeypatch.setattr(settings, "load", lambda: every)
     assert {each.tp for each in judge(solution(), cache, keyword=keyword).values()} == {1, 5}

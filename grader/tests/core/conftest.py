@@ -9,20 +9,20 @@ import numpy as np
 import pytest
 
 from grader.course.exercises import ROOT
-from grader.execution.session import Core, Session, open_core
+from grader.execution.session import Library, Session, open_core
 
 SEED = 20_261_122
 
 
 @pytest.fixture
-def s(reference: Core) -> Iterator[Session]:
+def s(reference: Library) -> Iterator[Session]:
     """Return a session of the reference, in both builds."""
     with reference.session() as session:
         yield session
 
 
 @pytest.fixture(scope="session")
-def scenes(cache: Path) -> Iterator[Core]:
+def scenes(cache: Path) -> Iterator[Library]:
     """Return the reference at 160x90, optimised."""
     with open_core(ROOT / "reference", 160, 90, cache=cache) as core:
         yield core

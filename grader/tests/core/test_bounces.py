@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from grader.execution.session import Core, Session
+from grader.execution.session import Library, Session
 from grader.tests.core import oracles
 from grader.tests.core.oracles import Array, dot, norm, unit
 from grader.tests.core.worlds import (
@@ -23,7 +23,7 @@ SKY = np.array([0.2, 0.2, 0.6], np.float32)
 EPSILON = 1e-4
 
 
-def arrivals(core: Core, rng: np.random.Generator, count: int = CASES) -> tuple[Array, Array]:
+def arrivals(core: Library, rng: np.random.Generator, count: int = CASES) -> tuple[Array, Array]:
     """Return rays, |dir| from 0.01 to 100, and the points that they hit from either side."""
     r, it = core.zeros("ray", count), core.zeros("intersection", count)
     it["normal"], it["position"] = directions(rng, count), rng.uniform(-2, 2, (count, 3))
@@ -48,7 +48,7 @@ def check_bounced(out: Array, r: Array, it: Array, way: Array) -> None:
     assert (out["tmax"] == 1000).all()
 
 
-def test_reflected_ray(s: Session, reference: Core, rng: np.random.Generator) -> None:
+def test_reflected_ray(s: Session, reference: Library, rng: np.random.Generator) -> None:
     """Angles equal, one plane, unit, moved by epsilon, one deeper, with its parent's seed."""
     r, it = arrivals(reference, rng)
     out = garbage(reference, rng, "ray", CASES)
@@ -62,7 +62,7 @@ def test_reflected_ray(s: Session, reference: Core, rng: np.random.Generator) ->
     assert same_bytes(got["it"], it).all()
 
 
-def test_epsilon_is_an_option(s: Session, reference: Core, rng: np.random.Generator) -> None:
+def test_epsilon_is_an_option(s: Session, reference: Library, rng: np.random.Generator) -> None:
     """options.epsilon is by how much a bounced ray is moved."""
     r, it = arrivals(reference, rng, 100)
     it["mat"]["refraction_index"] = 1
@@ -72,7 +72,7 @@ def test_epsilon_is_an_option(s: Session, reference: Core, rng: np.random.Genera
         np.testing.assert_allclose(out["orig"], it["position"] + 0.25 * out["dir"], atol=1e-6)
 
 
-def test_refracted_ray(s: Session, reference: Core, rng: np.random.Generator) -> None:
+def test_refracted_ray(s: Session, reference: Library, rng: np.random.Generator) -> None:
     """Snell's law from both sides, one plane; total reflection writes nothing."""
     r, it = arrivals(reference, rng)
     it["mat"]["refraction_index"] = rng.uniform(0.6, 2.5, CASES)
@@ -93,7 +93,7 @@ def test_refracted_ray(s: Session, reference: Core, rng: np.random.Generator) ->
     assert same_bytes(got.args["in"], r).all()
 
 
-def test_refraction_at_its_edges(s: Session, reference: Core) -> None:
+def test_refraction_at_its_edges(s: Session, reference: Library) -> None:
     """Straight on at normal incidence and at index 1; grazing; 42 degrees inside glass."""
     it, r = reference.zeros("intersection"), reference.zeros("ray")
     it["normal"] = (0, 1, 0)
@@ -118,7 +118,7 @@ def test_refraction_at_its_edges(s: Session, reference: Core) -> None:
 
 @pytest.mark.parametrize("octree", [False, True])
 def test_in_shadow_is_brute_force(
-    s: Session, reference: Core, rng: np.random.Generator, octree: bool
+    s: Session, reference: Library, rng: np.random.Generator, octree: bool
 ) -> None:
     """Barred when one of 30 spheres stands between epsilon and the light, and only then."""
     balls = objects(reference, rng, "sphere", 30)
@@ -143,7 +143,7 @@ def test_in_shadow_is_brute_force(
     assert (clear | barred).mean() > 0.9
 
 
-def test_shadow_at_its_edges(s: Session, reference: Core, rng: np.random.Generator) -> None:
+def test_shadow_at_its_edges(s: Session, reference: Library, rng: np.random.Generator) -> None:
     """No acne on the surface itself, its far side is dark, nothing beyond the light counts."""
     ball = s.call("init_sphere", 0, 0, 0, 1, reference.zeros("material")).result
     set_scene(s, np.array([ball]))
@@ -163,7 +163,7 @@ def test_shadow_at_its_edges(s: Session, reference: Core, rng: np.random.Generat
     assert not s.call_many("in_shadow", CASES, it, lamp).result.any()
 
 
-def test_mirror_color(s: Session, reference: Core, rng: np.random.Generator) -> None:
+def test_mirror_color(s: Session, reference: Library, rng: np.random.Generator) -> None:
     """The sky times k = ks, or Schlick of n.v with Fresnel; black beyond the depth limit."""
     set_scene(s, reference.zeros("object", 0))
     r, it = arrivals(reference, rng)
@@ -178,7 +178,7 @@ def test_mirror_color(s: Session, reference: Core, rng: np.random.Generator) -> 
         np.testing.assert_allclose(got, np.where(lit, k * SKY, 0), rtol=0, atol=2e-6)
 
 
-def glass_over_a_red_floor(s: Session, core: Core, *, inside: bool) -> tuple[Array, Array]:
+def glass_over_a_red_floor(s: Session, core: Library, *, inside: bool) -> tuple[Array, Array]:
     """Return an arrival on a level face of glass: reflected rays see one colour, others another.
 
     The sky is above, a plane of colour (1, 0, 0) below.
@@ -197,7 +197,7 @@ def glass_over_a_red_floor(s: Session, core: Core, *, inside: bool) -> tuple[Arr
 @pytest.mark.parametrize("degrees", [0, 35, 80])
 @pytest.mark.parametrize("fresnel", [True, False])
 def test_glass_color_draws_by_fresnel(
-    s: Session, reference: Core, inside: bool, degrees: float, fresnel: bool
+    s: Session, reference: Library, inside: bool, degrees: float, fresnel: bool
 ) -> None:
     """One ray or the other, reflected as often as Fresnel, or the mean of ks, says."""
     count = 2500
@@ -221,7 +221,7 @@ def test_glass_color_draws_by_fresnel(
     np.testing.assert_array_equal(again, reply.result)
 
 
-def test_glass_hands_its_seed_on(s: Session, reference: Core) -> None:
+def test_glass_hands_its_seed_on(s: Session, reference: Library) -> None:
     """Two faces in a row draw independently: the second goes on where the first stopped."""
     count = 4000
     glass, black = reference.zeros("material"), reference.zeros("material")

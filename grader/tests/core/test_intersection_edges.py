@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from grader.execution.session import Core, Session
+from grader.execution.session import Library, Session
 from grader.tests.core.oracles import Array, norm
 from grader.tests.core.worlds import directions, garbage, same_bytes
 
@@ -117,7 +117,7 @@ CONE: list[Case] = [
 ]
 
 
-def solid(s: Session, core: Core, kind: str) -> Array:
+def solid(s: Session, core: Library, kind: str) -> Array:
     """Return the object of the tables above."""
     mat = core.zeros("material")
     mat["kd"] = (0.25, 0.5, 0.75)
@@ -137,7 +137,7 @@ def solid(s: Session, core: Core, kind: str) -> Array:
     [("plane", PLANE), ("sphere", SPHERE), ("cylinder", CYLINDER), ("cone", CONE)],
 )
 def test_edges(
-    s: Session, reference: Core, rng: np.random.Generator, kind: str, cases: list[Case]
+    s: Session, reference: Library, rng: np.random.Generator, kind: str, cases: list[Case]
 ) -> None:
     """Each case of the table gives its t and normal, or a miss that changes nothing."""
     r = reference.zeros("ray", len(cases))
@@ -161,7 +161,7 @@ def test_edges(
 
 
 def test_tiny_far_spheres_keep_their_shape(
-    s: Session, reference: Core, rng: np.random.Generator
+    s: Session, reference: Library, rng: np.random.Generator
 ) -> None:
     """A sphere of radius 0.01 at 100 is hit within 0.9 radius of its centre, missed beyond 1.1.
 

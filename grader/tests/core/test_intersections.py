@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from grader.execution.session import Core, Reply, Session
+from grader.execution.session import Library, Reply, Session
 from grader.tests.core import oracles
 from grader.tests.core.oracles import Array, dot, norm, unit
 from grader.tests.core.worlds import garbage, inside, objects, rays, same_bytes
@@ -29,7 +29,7 @@ def intersect(s: Session, kind: str, r: Array, it: Array, obj: Array) -> Reply:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_random_rays_agree_with_closed_forms(
-    s: Session, reference: Core, rng: np.random.Generator, kind: str
+    s: Session, reference: Library, rng: np.random.Generator, kind: str
 ) -> None:
     """Hit or miss, t, position and normal are those of float64, whatever |dir|, tmin and tmax."""
     obj = objects(reference, rng, kind, CASES)
@@ -51,7 +51,7 @@ def test_random_rays_agree_with_closed_forms(
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_hit_lies_on_the_surface(
-    s: Session, reference: Core, rng: np.random.Generator, kind: str
+    s: Session, reference: Library, rng: np.random.Generator, kind: str
 ) -> None:
     """At orig + t dir, on the surface, t in range; normals unit, outwards; the rest is kept."""
     obj = objects(reference, rng, kind, CASES)
@@ -80,7 +80,7 @@ def test_a_hit_lies_on_the_surface(
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_nothing_is_skipped(
-    s: Session, reference: Core, rng: np.random.Generator, kind: str
+    s: Session, reference: Library, rng: np.random.Generator, kind: str
 ) -> None:
     """Between tmin and the hit, or tmax on a miss, a ray stays on one side of the surface."""
     obj = objects(reference, rng, kind, CASES)
@@ -97,7 +97,7 @@ def test_nothing_is_skipped(
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_miss_changes_nothing(
-    s: Session, reference: Core, rng: np.random.Generator, kind: str
+    s: Session, reference: Library, rng: np.random.Generator, kind: str
 ) -> None:
     """On a miss every byte of the ray and of the intersection stays."""
     obj = objects(reference, rng, kind, CASES)
@@ -113,7 +113,7 @@ def test_a_miss_changes_nothing(
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_wild_numbers_give_no_nan(
-    s: Session, reference: Core, rng: np.random.Generator, kind: str
+    s: Session, reference: Library, rng: np.random.Generator, kind: str
 ) -> None:
     """Zero, tiny and huge directions, sizes, distances: a finite hit in range, or a clean miss."""
     obj = objects(reference, rng, kind, CASES)

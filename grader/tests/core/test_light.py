@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from grader.execution.session import Core, Session
+from grader.execution.session import Library, Session
 from grader.tests.core import oracles
 from grader.tests.core.oracles import Array, dot, norm, unit
 from grader.tests.core.worlds import (
@@ -30,7 +30,7 @@ def hemisphere(rng: np.random.Generator, n: Array) -> Array:
 
 @pytest.mark.parametrize("fresnel", [False, True])
 def test_shade_is_blinn_phong(
-    s: Session, reference: Core, rng: np.random.Generator, fresnel: bool
+    s: Session, reference: Library, rng: np.random.Generator, fresnel: bool
 ) -> None:
     """Equation (1), with ks or Schlick in the lobe; black when the light is behind."""
     set_options(s, fresnel=fresnel)
@@ -48,7 +48,7 @@ def test_shade_is_blinn_phong(
     np.testing.assert_allclose(got, want, rtol=2e-4, atol=2e-5)
 
 
-def test_shade_at_its_edges(s: Session, reference: Core) -> None:
+def test_shade_at_its_edges(s: Session, reference: Library) -> None:
     """Grazing, opposite and behind: black or finite; h.n below zero counts as zero."""
     mat = reference.zeros("material")
     mat["kd"], mat["ks"], mat["kr"], mat["shininess"] = 0.5, 0.5, 0.5, 10
@@ -70,7 +70,7 @@ def test_shade_at_its_edges(s: Session, reference: Core) -> None:
 
 
 def test_direct_light_adds_the_lights(
-    s: Session, reference: Core, rng: np.random.Generator
+    s: Session, reference: Library, rng: np.random.Generator
 ) -> None:
     """The sum of equation (1) over the lights, which do not fade; an empty scene bars nothing."""
     places, colors = rng.uniform(-9, 9, (3, 3)), rng.random((3, 3))
@@ -89,7 +89,7 @@ def test_direct_light_adds_the_lights(
         np.testing.assert_allclose(got, want, rtol=5e-4, atol=1e-4)
 
 
-def test_direct_light_leaves_out_shadows(s: Session, reference: Core) -> None:
+def test_direct_light_leaves_out_shadows(s: Session, reference: Library) -> None:
     """A light behind a sphere adds nothing, unless shadows are off; one at the point is dark."""
     ball = s.call("init_sphere", 0, 5, 0, 1, reference.zeros("material")).result
     set_scene(s, np.array([ball]))
@@ -105,7 +105,7 @@ def test_direct_light_leaves_out_shadows(s: Session, reference: Core) -> None:
     np.testing.assert_array_equal(s.call("direct_light", it, (0, 1, 0)).result, 0)
 
 
-def test_checker_color(s: Session, reference: Core, rng: np.random.Generator) -> None:
+def test_checker_color(s: Session, reference: Library, rng: np.random.Generator) -> None:
     """Cubes in turn from pattern_origin, on its negative side too."""
     mat = materials(reference, rng, CASES)
     mat["pattern_origin"] = rng.uniform(-1, 1, (CASES, 3))
@@ -121,7 +121,7 @@ def test_checker_color(s: Session, reference: Core, rng: np.random.Generator) ->
     assert 0.4 < even[sure].mean() < 0.6
 
 
-def test_checker_color_at_the_corners(s: Session, reference: Core) -> None:
+def test_checker_color_at_the_corners(s: Session, reference: Library) -> None:
     """The cube that starts at the origin is kd, and has its lower faces."""
     mat = reference.zeros("material")
     mat["kd"], mat["kd2"], mat["pattern_size"] = 1, 0.25, 0.5
@@ -132,7 +132,7 @@ def test_checker_color_at_the_corners(s: Session, reference: Core) -> None:
     assert np.isin(far, (1, 0.25)).all()
 
 
-def test_texture_color(s: Session, reference: Core, rng: np.random.Generator) -> None:
+def test_texture_color(s: Session, reference: Library, rng: np.random.Generator) -> None:
     """Longitude from left to right, from -z on; latitude from the north pole down; any distance."""
     width, height = 24, 12
     texels = rng.random((height, width, 3)).astype(np.float32)
@@ -151,7 +151,7 @@ def test_texture_color(s: Session, reference: Core, rng: np.random.Generator) ->
     np.testing.assert_array_equal(got[sure], want[sure])
 
 
-def test_texture_color_at_poles_seam_and_centre(s: Session, reference: Core) -> None:
+def test_texture_color_at_poles_seam_and_centre(s: Session, reference: Library) -> None:
     """Poles, both sides of the seam, the centre, an image of one texel, none: always a colour."""
     mat = reference.zeros("material")
     mat["kd"] = 0.125

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import pytest
 
-from grader.execution.session import Address, Core, Limits, Session
+from grader.execution.session import Address, Library, Limits, Session
 from grader.tests.core.oracles import Array, dot, norm, unit
 from grader.tests.core.worlds import (
     directions,
@@ -21,10 +21,10 @@ from grader.tests.core.worlds import (
 
 CASES = 1500
 SOLIDS = ("sphere", "cylinder", "cone")
-World = Callable[[Core, np.random.Generator], Array]
+World = Callable[[Library, np.random.Generator], Array]
 
 
-def mixed(core: Core, rng: np.random.Generator, count: int, size: float = 1) -> Array:
+def mixed(core: Library, rng: np.random.Generator, count: int, size: float = 1) -> Array:
     """Return `count` objects, planes among them from ten on, in any order."""
     obj = core.zeros("object", count)
     for k, kind in enumerate(SOLIDS):
@@ -35,7 +35,7 @@ def mixed(core: Core, rng: np.random.Generator, count: int, size: float = 1) -> 
     return np.asarray(rng.permutation(obj))
 
 
-def balls(core: Core, centers: Array, radius: float) -> Array:
+def balls(core: Library, centers: Array, radius: float) -> Array:
     """Return equal spheres at these places, of different colours."""
     obj = core.zeros("object", len(centers))
     obj["type"], obj["radius"], obj["center"] = core.constants["SPHERE"], radius, centers
@@ -49,7 +49,7 @@ def grid(side: int) -> Array:
     return np.stack(np.meshgrid(steps, steps, steps), axis=-1).reshape(-1, 3)
 
 
-def columns(core: Core, rng: np.random.Generator) -> Array:
+def columns(core: Library, rng: np.random.Generator) -> Array:
     """Return upright cylinders on integer places, whose discs lie in common planes."""
     obj = objects(core, rng, "cylinder", 60)
     obj["base"], obj["axis"], obj["length"] = rng.integers(-2, 3, (60, 3)), (0, 1, 0), 1
@@ -76,7 +76,7 @@ WORLDS: dict[str, World] = {
 }
 
 
-def hits_both_ways(s: Session, core: Core, r: Array) -> tuple[Array, Array]:
+def hits_both_ways(s: Session, core: Library, r: Array) -> tuple[Array, Array]:
     """Return, for each ray, whether tree and list agree to the last bit, and whether they hit."""
     it = core.zeros("intersection", len(r))
     replies = []
@@ -91,7 +91,7 @@ def hits_both_ways(s: Session, core: Core, r: Array) -> tuple[Array, Array]:
 
 @pytest.mark.parametrize("name", WORLDS)
 def test_random_rays_hit_the_same(
-    s: Session, reference: Core, rng: np.random.Generator, name: str
+    s: Session, reference: Library, rng: np.random.Generator, name: str
 ) -> None:
     """Rays from inside and outside, whole or cut to [tmin, tmax]; a miss changes nothing."""
     world = WORLDS[name](reference, rng)
@@ -107,7 +107,7 @@ def test_random_rays_hit_the_same(
 
 @pytest.mark.parametrize("distance", [30, 300])
 def test_from_far_away(
-    s: Session, reference: Core, rng: np.random.Generator, distance: float
+    s: Session, reference: Library, rng: np.random.Generator, distance: float
 ) -> None:
     """An eye at many times the scene's size sees the same by both ways."""
     set_scene(s, mixed(reference, rng, 300, 0.1))
@@ -121,7 +121,7 @@ def test_from_far_away(
 
 @pytest.mark.parametrize("name", ["touching", "many small", "coplanar discs"])
 def test_rays_along_axes_and_in_cutting_planes(
-    s: Session, reference: Core, rng: np.random.Generator, name: str
+    s: Session, reference: Library, rng: np.random.Generator, name: str
 ) -> None:
     """Directions with zeros, +0 and -0, from points that lie in the planes between the boxes."""
     world = WORLDS[name](reference, rng)
@@ -167,7 +167,7 @@ def surface_points(rng: np.random.Generator, obj: Array, count: int) -> Array:
 
 
 @pytest.mark.parametrize("name", ["a few", "many small", "many that overlap", "touching"])
-def test_the_tree_covers_every_object(scenes: Core, rng: np.random.Generator, name: str) -> None:
+def test_the_tree_covers_every_object(scenes: Library, rng: np.random.Generator, name: str) -> None:
     """A leaf lists every object with a point in its box; no point lies out of all; no planes."""
     world = WORLDS[name](scenes, rng)
     with scenes.session() as s:
@@ -190,7 +190,7 @@ def test_the_tree_covers_every_object(scenes: Core, rng: np.random.Generator, na
     assert found[:, solid].all()
 
 
-def test_no_tree_for_nothing(s: Session, reference: Core, rng: np.random.Generator) -> None:
+def test_no_tree_for_nothing(s: Session, reference: Library, rng: np.random.Generator) -> None:
     """No objects or only planes: NULL, which octree_free accepts."""
     assert s.call("octree_build", None, 0).result == 0
     flat = s.buffer(objects(reference, rng, "plane", 5))
@@ -200,7 +200,7 @@ def test_no_tree_for_nothing(s: Session, reference: Core, rng: np.random.Generat
 
 @pytest.mark.parametrize("name", ["all in one point", "many that overlap"])
 def test_overlapping_objects_do_not_fill_the_memory(
-    scenes: Core, rng: np.random.Generator, name: str
+    scenes: Library, rng: np.random.Generator, name: str
 ) -> None:
     """A thousand objects that cutting cannot part: a tree of a few entries for each."""
     count = 1000
@@ -215,7 +215,7 @@ def test_overlapping_objects_do_not_fill_the_memory(
 
 @pytest.mark.parametrize("kind", SOLIDS)
 def test_box_overlaps_object(
-    s: Session, reference: Core, rng: np.random.Generator, kind: str
+    s: Session, reference: Library, rng: np.random.Generator, kind: str
 ) -> None:
     """True when a point of the object is in the box; false for boxes away, and for planes."""
     obj = objects(reference, rng, kind, CASES)
@@ -242,7 +242,7 @@ def test_box_overlaps_object(
 
 
 def test_octree_intersect_leaves_planes_out(
-    s: Session, reference: Core, rng: np.random.Generator
+    s: Session, reference: Library, rng: np.random.Generator
 ) -> None:
     """The tree alone sees what the list without planes sees; a miss changes nothing."""
     world = mixed(reference, rng, 60, 0.2)

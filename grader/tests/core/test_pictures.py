@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 import pytest
 
-from grader.execution.session import Core, Limits, Session
+from grader.execution.session import Library, Limits, Session
 from grader.tests.core.oracles import Array
 from grader.tests.core.worlds import set_options, set_texture
 
@@ -26,14 +26,16 @@ def picture(s: Session, scene: int, **options: float) -> Array:
     return s.get("output_image")
 
 
-def prepare(s: Session, core: Core, rng: np.random.Generator, scene: int) -> None:
+def prepare(s: Session, core: Library, rng: np.random.Generator, scene: int) -> None:
     """Set a scene up with a texture, which only the program reads from its file."""
     set_texture(s, core, rng.random((8, 16, 3)))
     assert s.call("setup_scene", scene).result
 
 
 @pytest.mark.parametrize("scene", SCENES)
-def test_octree_and_list_draw_the_same(scenes: Core, rng: np.random.Generator, scene: int) -> None:
+def test_octree_and_list_draw_the_same(
+    scenes: Library, rng: np.random.Generator, scene: int
+) -> None:
     """Every pixel to the last bit, finite; of the largest scenes, pixels drawn by lot."""
     with scenes.session(Limits(cpu=60)) as s:
         prepare(s, scenes, rng, scene)
@@ -53,7 +55,7 @@ def test_octree_and_list_draw_the_same(scenes: Core, rng: np.random.Generator, s
     np.testing.assert_array_equal(tree[chosen], plain)
 
 
-def test_raytrace_is_trace_ray_of_every_pixels_centre(scenes: Core) -> None:
+def test_raytrace_is_trace_ray_of_every_pixels_centre(scenes: Library) -> None:
     """Pixel (i, j) is output_image[j * WIDTH + i], row 0 at the bottom; two runs are the same."""
     with scenes.session() as s:
         got = picture(s, 4)
@@ -63,7 +65,7 @@ def test_raytrace_is_trace_ray_of_every_pixels_centre(scenes: Core) -> None:
         np.testing.assert_array_equal(s.call_many("trace_ray", i.size, r).result, got)
 
 
-def test_red_sphere_on_the_left_floor_at_the_bottom(scenes: Core) -> None:
+def test_red_sphere_on_the_left_floor_at_the_bottom(scenes: Library) -> None:
     """Scene 0 lies as in the printed figures: the red sphere at x = 1 left, green on top."""
     with scenes.session() as s:
         flat = picture(s, 0, shading=False).reshape(HEIGHT, WIDTH, 3)
@@ -77,7 +79,7 @@ def test_red_sphere_on_the_left_floor_at_the_bottom(scenes: Core) -> None:
 
 
 @pytest.mark.parametrize("scene", range(5))
-def test_without_shading_there_is_kd_or_sky(scenes: Core, scene: int) -> None:
+def test_without_shading_there_is_kd_or_sky(scenes: Library, scene: int) -> None:
     """Figure 4: the only colours are those of the materials and the sky."""
     with scenes.session() as s:
         colors = np.unique(picture(s, scene, shading=False), axis=0)
@@ -87,7 +89,7 @@ def test_without_shading_there_is_kd_or_sky(scenes: Core, scene: int) -> None:
     assert len(colors) > 4
 
 
-def test_each_switch_changes_its_own_light(scenes: Core) -> None:
+def test_each_switch_changes_its_own_light(scenes: Library) -> None:
     """Shadows only darken; mirrors only add; each option changes the picture of scene 1."""
     with scenes.session() as s:
         bare = picture(s, 1, shadows=False, reflections=False, fresnel=False)
@@ -101,7 +103,7 @@ def test_each_switch_changes_its_own_light(scenes: Core) -> None:
     assert (fresnel != mirrors).any(axis=1).mean() > 0.3
 
 
-def test_depth_limit(scenes: Core) -> None:
+def test_depth_limit(scenes: Library) -> None:
     """Depth 0 keeps the direct light only; each bounce allowed adds, and ten are nearly all."""
     with scenes.session() as s:
         direct = picture(s, 2, reflections=False)
@@ -113,7 +115,7 @@ def test_depth_limit(scenes: Core) -> None:
     assert np.abs(drawn[4] - drawn[3]).max() < 0.05
 
 
-def test_samples_are_averaged(scenes: Core) -> None:
+def test_samples_are_averaged(scenes: Library) -> None:
     """samples=3 is the picture of pixel_color, in [0, 1]; samples=1 the plain one."""
     with scenes.session() as s:
         plain = picture(s, 0, samples=1)
@@ -127,7 +129,7 @@ def test_samples_are_averaged(scenes: Core) -> None:
     assert inside.max() > 0.1
 
 
-def test_refraction_off_draws_opaque(scenes: Core) -> None:
+def test_refraction_off_draws_opaque(scenes: Library) -> None:
     """Scene 7 without refraction has mirrors in the place of glass; nothing else changes."""
     with scenes.session() as s:
         glass = picture(s, 7)
@@ -136,7 +138,7 @@ def test_refraction_off_draws_opaque(scenes: Core) -> None:
     assert 0.02 < changed < 0.7
 
 
-def test_figure_3_is_drawn_from_camera_ray(scenes: Core) -> None:
+def test_figure_3_is_drawn_from_camera_ray(scenes: Library) -> None:
     """Where a ray crosses the image plane gives red and green: 0 to 1 across the picture."""
     with scenes.session() as s:
         s.call("setup_scene", 0)

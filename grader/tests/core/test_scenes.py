@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from grader.execution.session import Core, Session
+from grader.execution.session import Library, Session
 from grader.tests.core.oracles import Array, dot, norm, unit
 from grader.tests.core.worlds import materials
 
@@ -59,7 +59,7 @@ def check_matter(mat: Array, matter: Sequence[Any]) -> None:
 
 
 @pytest.mark.parametrize("number", TABLES)
-def test_scenes_are_the_handouts(s: Session, reference: Core, number: int) -> None:
+def test_scenes_are_the_handouts(s: Session, reference: Library, number: int) -> None:
     """Lights, spheres and planes, in any order among the types."""
     world = scene(s, number)
     lamps, balls, planes = TABLES[number]
@@ -82,7 +82,7 @@ def test_scenes_are_the_handouts(s: Session, reference: Core, number: int) -> No
     assert len(tubes) == (3 if number == 2 else 0)
 
 
-def test_cylinders_of_scene_2(s: Session, reference: Core) -> None:
+def test_cylinders_of_scene_2(s: Session, reference: Library) -> None:
     """One along each axis, from the origin, yellow, without reflectance."""
     world = scene(s, 2)
     tubes = world[world["type"] == reference.constants["CYLINDER"]]
@@ -139,7 +139,7 @@ def test_unknown_scenes_are_refused(s: Session) -> None:
     assert options["epsilon"] == np.float32(1e-4)
 
 
-def test_a_full_scene_refuses(s: Session, reference: Core) -> None:
+def test_a_full_scene_refuses(s: Session, reference: Library) -> None:
     """SCENE_SIZE objects and MAX_LIGHTS lights fit; the next changes nothing and is noted."""
     size, most = (int(reference.constants[name]) for name in ("SCENE_SIZE", "MAX_LIGHTS"))
     scene(s, 0)
@@ -181,7 +181,7 @@ def test_populate_spheres(s: Session, rng: np.random.Generator, depth: int) -> N
         assert np.isclose(radius, 0.5 / 4**level).sum() == 3**level
 
 
-def test_populate_spheres_stops_when_the_scene_is_full(s: Session, reference: Core) -> None:
+def test_populate_spheres_stops_when_the_scene_is_full(s: Session, reference: Library) -> None:
     """Room for five: five, and no endless recursion."""
     size = int(reference.constants["SCENE_SIZE"])
     s.set("object_count", size - 5)
@@ -189,7 +189,7 @@ def test_populate_spheres_stops_when_the_scene_is_full(s: Session, reference: Co
     assert s.get("object_count") == size
 
 
-def test_add_flake(s: Session, reference: Core, rng: np.random.Generator) -> None:
+def test_add_flake(s: Session, reference: Library, rng: np.random.Generator) -> None:
     """Nine tangent spheres of a third on each, evenly about its axis."""
     s.set("object_count", 0)
     mat = materials(reference, rng, 1)[0]

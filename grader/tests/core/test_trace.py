@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from grader.execution.session import Core, Session
+from grader.execution.session import Library, Session
 from grader.tests.core import oracles
 from grader.tests.core.oracles import Array, norm, unit
 from grader.tests.core.worlds import (
@@ -29,7 +29,7 @@ ORACLES = {
 }
 
 
-def test_camera_ray(s: Session, reference: Core, rng: np.random.Generator) -> None:
+def test_camera_ray(s: Session, reference: Library, rng: np.random.Generator) -> None:
     """From the camera's position through (x, y) of the image plane, written whole."""
     places = rng.normal(0, 3, (4, 3, 3))
     for position, at, up in places:
@@ -48,7 +48,7 @@ def test_camera_ray(s: Session, reference: Core, rng: np.random.Generator) -> No
             assert (r[name] == value).all(), name
 
 
-def mixed(core: Core, rng: np.random.Generator) -> Array:
+def mixed(core: Library, rng: np.random.Generator) -> Array:
     """Return forty objects of the four types."""
     world = core.zeros("object", 40)
     for k, kind in enumerate(ORACLES):
@@ -59,7 +59,7 @@ def mixed(core: Core, rng: np.random.Generator) -> Array:
 
 @pytest.mark.parametrize("function", ["intersect_scene", "nearest_hit"])
 def test_the_nearest_hit_is_brute_force(
-    s: Session, reference: Core, rng: np.random.Generator, function: str
+    s: Session, reference: Library, rng: np.random.Generator, function: str
 ) -> None:
     """The smallest t of all the objects, its normal and its object's material."""
     world = mixed(reference, rng)
@@ -90,7 +90,7 @@ def test_the_nearest_hit_is_brute_force(
     assert same_bytes(got.args["r"], r)[~got.result].all()
 
 
-def test_nearest_hit_paints_the_pattern(s: Session, reference: Core) -> None:
+def test_nearest_hit_paints_the_pattern(s: Session, reference: Library) -> None:
     """A hit's kd is what checker_color says there; an object of no known type is not seen."""
     mat = reference.zeros("material")
     mat["kd"], mat["kd2"], mat["pattern_size"], mat["pattern"] = 1, 0.25, 1, 1
@@ -106,7 +106,7 @@ def test_nearest_hit_paints_the_pattern(s: Session, reference: Core) -> None:
     assert not s.call("intersect_object", r[0], reference.zeros("intersection"), strange).result
 
 
-def test_trace_ray_stops(s: Session, reference: Core) -> None:
+def test_trace_ray_stops(s: Session, reference: Library) -> None:
     """Sky in an empty scene; black beyond max_depth, not at it."""
     set_scene(s, reference.zeros("object", 0))
     r = reference.zeros("ray", 12)
@@ -120,7 +120,7 @@ def test_trace_ray_stops(s: Session, reference: Core) -> None:
     np.testing.assert_array_equal(got[1:], 0)
 
 
-def test_bounces_between_two_mirrors_are_counted(s: Session, reference: Core) -> None:
+def test_bounces_between_two_mirrors_are_counted(s: Session, reference: Library) -> None:
     """Between two facing mirrors that send 1/2 back and glow by 1: 1 + 1/2 + 1/4 + ..."""
     mat = reference.zeros("material")
     mat["ks"] = 0.5
@@ -140,7 +140,7 @@ def test_bounces_between_two_mirrors_are_counted(s: Session, reference: Core) ->
         np.testing.assert_allclose(got, one * (2 - 0.5**depth), rtol=1e-5)
 
 
-def test_hit_color_switches(s: Session, reference: Core) -> None:
+def test_hit_color_switches(s: Session, reference: Library) -> None:
     """No shading: kd; opaque: direct + mirror; transparent: direct + glass, unless it is off."""
     set_scene(s, reference.zeros("object", 0))
     set_lights(s, reference, np.array([(0, 9, 0)]), np.ones((1, 3)))
@@ -168,7 +168,7 @@ def test_hit_color_switches(s: Session, reference: Core) -> None:
 
 
 def test_pixel_color_is_the_mean_of_clamped_samples(
-    s: Session, reference: Core, rng: np.random.Generator
+    s: Session, reference: Library, rng: np.random.Generator
 ) -> None:
     """The mean of samples x samples squares' middles, each clamped to [0, 1], with its own seed."""
     s.call("setup_scene", 0)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from grader.execution.session import Core, Session
+from grader.execution.session import Library, Session
 from grader.tests.core.oracles import Array, dot, norm, reflected, unit
 from grader.tests.core.worlds import directions, garbage, materials, same_bytes
 
@@ -85,7 +85,7 @@ def test_vector_reflect(s: Session, rng: np.random.Generator) -> None:
     assert (norm(got - norm(v)[:, None] * reflected(v, n)) <= 1e-6 * norm(v)).all()
 
 
-def test_ray_init_and_ray_at(s: Session, reference: Core, rng: np.random.Generator) -> None:
+def test_ray_init_and_ray_at(s: Session, reference: Library, rng: np.random.Generator) -> None:
     """A new ray looks from 0 to RAY_TMAX, depth 0, seed 1; r(t) = orig + t dir."""
     orig, way = vectors(rng), vectors(rng)
     r = garbage(reference, rng, "ray", CASES)
@@ -101,7 +101,7 @@ def test_ray_init_and_ray_at(s: Session, reference: Core, rng: np.random.Generat
     assert (norm(s.call_many("ray_at", CASES, r, t).result - want) <= 4e-7 * scale).all()
 
 
-def test_ray_random_is_uniform(s: Session, reference: Core) -> None:
+def test_ray_random_is_uniform(s: Session, reference: Library) -> None:
     """In [0, 1), mean 1/2, variance 1/12, flat in 64 bins, neighbours unrelated."""
     count = 30_000
     r = reference.zeros("ray", count)
@@ -119,7 +119,7 @@ def test_ray_random_is_uniform(s: Session, reference: Core) -> None:
     assert abs(np.corrcoef(x[:-1], x[1:])[0, 1]) < 5 / np.sqrt(count)
 
 
-def test_one_ray_draws_a_sequence(s: Session, reference: Core) -> None:
+def test_one_ray_draws_a_sequence(s: Session, reference: Library) -> None:
     """Numbers drawn one after the other from one ray differ, and are the same in each run."""
     drawn = []
     for _ in range(2):
@@ -145,7 +145,7 @@ def test_pixel_seeds_differ(s: Session) -> None:
         assert np.unique(seeds).size == samples.size
 
 
-def test_constructors(s: Session, reference: Core, rng: np.random.Generator) -> None:
+def test_constructors(s: Session, reference: Library, rng: np.random.Generator) -> None:
     """Fields are kept, normals and axes are made unit, d and lengths are left as they are."""
     mats = materials(reference, rng, CASES)
     p, v = vectors(rng), vectors(rng)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from grader.execution.session import Core, Session
+from grader.execution.session import Library, Session
 from grader.tests.core.oracles import Array, unit
 
 TYPES = {"sphere": "SPHERE", "plane": "PLANE", "cylinder": "CYLINDER", "cone": "CONE"}
@@ -15,7 +15,7 @@ def directions(rng: np.random.Generator, count: int) -> Array:
     return unit(rng.normal(size=(count, 3)))
 
 
-def materials(core: Core, rng: np.random.Generator, count: int) -> Array:
+def materials(core: Library, rng: np.random.Generator, count: int) -> Array:
     """Return opaque materials without pattern: random colours, shininess from 0 to 500."""
     mat = core.zeros("material", count)
     for name in ("kd", "ks", "kr", "kd2", "user"):
@@ -25,7 +25,7 @@ def materials(core: Core, rng: np.random.Generator, count: int) -> Array:
     return mat
 
 
-def objects(core: Core, rng: np.random.Generator, kind: str, count: int) -> Array:
+def objects(core: Library, rng: np.random.Generator, kind: str, count: int) -> Array:
     """Return objects of one type around the origin, sizes from 0.1 to 2, planes within 3."""
     obj = core.zeros("object", count)
     obj["type"] = core.constants[TYPES[kind]]
@@ -56,7 +56,7 @@ def inside(rng: np.random.Generator, kind: str, obj: Array) -> Array:
     return np.asarray(middle + (0.5 * obj["radius"] * (1 - height))[:, None] * wander)
 
 
-def rays(core: Core, rng: np.random.Generator, aim: Array) -> Array:
+def rays(core: Library, rng: np.random.Generator, aim: Array) -> Array:
     """Return rays that pass about 0.3 from the points of `aim`, |dir| from 0.01 to 100.
 
     A third start near there; half look at all that lies ahead, the others at a part of it.
@@ -75,7 +75,7 @@ def rays(core: Core, rng: np.random.Generator, aim: Array) -> Array:
     return r
 
 
-def garbage(core: Core, rng: np.random.Generator, ctype: str, count: int) -> Array:
+def garbage(core: Library, rng: np.random.Generator, ctype: str, count: int) -> Array:
     """Return structs full of random bytes, to see what a function does not write."""
     raw = rng.integers(1, 120, (count, core.dtype(ctype).itemsize), dtype=np.uint8)
     return raw.view(core.dtype(ctype))[:, 0]
@@ -98,7 +98,7 @@ def set_options(s: Session, **values: float) -> None:
         s.call("scene_changed")
 
 
-def set_lights(s: Session, core: Core, positions: Array, colors: Array) -> None:
+def set_lights(s: Session, core: Library, positions: Array, colors: Array) -> None:
     """Replace the scene's lights."""
     found = core.zeros("light", len(positions))
     found["position"], found["col"] = positions, colors
@@ -114,7 +114,7 @@ def set_scene(s: Session, obj: Array) -> None:
     s.call("scene_changed")
 
 
-def set_texture(s: Session, core: Core, texels: Array) -> None:
+def set_texture(s: Session, core: Library, texels: Array) -> None:
     """Give the scene an image of shape (height, width, 3), row 0 at the top."""
     image = core.zeros("texture")
     image["height"], image["width"] = texels.shape[:2]

@@ -11,20 +11,23 @@ from typing import NoReturn
 import pytest
 
 from grader.authoring.specimens import mistakes, patches
-from grader.build import substitution as substitute
+from grader.build import substitution
 from grader.build.builder import Builder
+from grader.build.records import Target
 from grader.build.target import BuildError, MixError
 from grader.checking.student import Student
-from grader.course import exercises as manifest
+from grader.course import exercises
+from grader.course.message import UserError
 from grader.course.sizes import sizes_for
-from grader.evaluation import attribution as retrial
-from grader.execution.libraries import Workshop
+from grader.evaluation import attribution
+from grader.evaluation.records import CheckResult, Finding, Outcome
+from grader.execution.libraries import Libraries
 from grader.execution.worker_process import Died
-from grader.records import CheckResult, Finding, Outcome, Submission, Target, Told
+from grader.intake.records import Submission
 from grader.tests.support.judging import judge, solution
 from grader.tests.support.stubs import without
 
-RULES = manifest.load()
+RULES = exercises.load()
 KNOWN = {each.id: each for each in mistakes.load()}
 WRITTEN = [each.id for each in RULES.exercises if each.checks]
 # All of them take four minutes (MRT_ALL=1); these have every kind of dependence among them.
@@ -42,7 +45,7 @@ def outcomes(checks: Mapping[str, CheckResult], exercise: str) -> set[str]:
     return {each.outcome.value for each in checks.values() if each.exercise == exercise}
 
 
-def lies_in(check: manifest.Check, exercise: str) -> bool:
+def lies_in(check: exercises.Check, exercise: str) -> bool:
     """Say whether a check cannot do without an exercise that is written in the same function."""
     functions = set(RULES.exercise(check.exercise).functions)
     shared = functions & set(RULES.exercise(exercise).functions)
@@ -68,7 +71,7 @@ def test_without_the_reference_what_depends_on_it_waits(
     exercise: str, cache: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Nothing else is held to be wrong; what needs the exercise is at worst waiting for it."""
-    monkeypatch.setattr(substitute, "is_possible", lambda: False)
+    monkeypatch.setattr(substitution, "is_possible", lambda: False)
     checks = judge(without(exercise, RULES), cache)
     assert outcomes(checks, exercise) == {"todo"}
     for each in checks.values():
@@ -106,7 +109,7 @@ def test_a_wrong_sphere_makes_the_scene_wait_without_the_reference(
     cache: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """No marker is met, and yet the scene's failure may be the sphere's."""
-    monkeypatch.setattr(substitute, "is_possible", lambda: False)
+    monkeypatch.setattr(substitution, "is_possible", lambda: False)
     found = judge(changed("raytracer.c", FAR_ROOT), cache, 2, "sphere or intersect_scene")
     assert found[NEAREST].outcome.value == "blocked"
     assert found[NEAREST].note.startswith("To be looked at after TP2.4")
@@ -170,14 +173,14 @@ def test_what_trace_ray_swaps_does_not_mend_the_odds_of_glass(cache: Path) -> No
     ],
 )
 def test_the_machines_fault_is_not_taken_for_the_submissions(
-    fault: Told, outcome: str, cache: Path, monkeypatch: pytest.MonkeyPatch
+    fault: UserError, outcome: str, cache: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Among the reference's functions as well; what does not go with them waits."""
 
     def fail(*arguments: object) -> NoReturn:
         raise fault
 
-    monkeypatch.setattr(substitute, "substituted", fail)
+    monkeypatch.setattr(substitution, "substituted", fail)
     found = judge(changed("raytracer.c", FAR_ROOT), cache, 2, "sphere or intersect_scene")
     assert found[NEAREST].outcome.value == outcome
 
@@ -239,9 +242,9 @@ def test_a_proven_function_need_not_be_right_elsewhere(
     rows = {**PROVEN, **outcomes}
     found = {name: Finding(name, "", Outcome(each)) for name, each in rows.items()}
     check = RULES.checks()["tp5.scene.fresnel_0"]
-    assert retrial.judged(check, found, RULES) == judged
+    assert attribution.judged(check, found, RULES) == judged
     without = {name: each for name, each in found.items() if name not in (LOBE, MIRROR)}
-    assert retrial.judged(check, without, RULES) == {"shade", "mirror_color"}
+    assert attribution.judged(check, without, RULES) == {"shade", "mirror_color"}
 
 
 # ---- Who would have the reference's points ------------------------------------------------------
@@ -343,9 +346,9 @@ def test_a_mixed_library_holds_nothing_of_the_reference_but_what_is_asked_for(ca
     needed = RULES.needed(RULES.checks()[NEAREST])
     names = {name for each in needed for name in RULES.exercise(each).functions}
     with (
-        Workshop(submission, sizes_for(2), cache) as workshop,
-        workshop.mixed(names) as libraries,
-        Student(libraries).bench() as bench,
+        Libraries(submission, sizes_for(2), cache) as libraries,
+        libraries.mixed(names) as library_set,
+        Student(library_set).bench() as bench,
     ):
         library = bench.core.library.library
     listed = subprocess.run(
@@ -369,9 +372,9 @@ def test_a_function_that_is_missing_is_not_the_references(cache: Path) -> None:
     files["raytracer.c"] = text[:start] + text[end:]
     content = {name: text.encode() for name, text in files.items()}
     with (
-        Workshop(Submission("rendu", content, missing=()), sizes_for(4), cache) as workshop,
-        workshop.mixed({"trace_ray"}) as libraries,
-        Student(libraries).bench() as bench,
+        Libraries(Submission("rendu", content, missing=()), sizes_for(4), cache) as libraries,
+        libraries.mixed({"trace_ray"}) as library_set,
+        Student(library_set).bench() as bench,
     ):
         ray, hit = bench.core.zeros("ray"), bench.core.zeros("intersection")
         with pytest.raises(Died):
@@ -381,6 +384,6 @@ def test_a_function_that_is_missing_is_not_the_references(cache: Path) -> None:
 def test_only_exercises_are_global_in_the_reference(cache: Path) -> None:
     """What is replaced is known by its name: a helper that is global would not be."""
     known = {name for each in RULES.exercises for name in each.functions}
-    with Builder(substitute.reference(), cache) as builder:
+    with Builder(substitution.reference(), cache) as builder:
         symbols = builder.start(Target(96, 64)).result().symbols
     assert symbols["raytracer.c"].defined | symbols["octree.c"].defined <= known

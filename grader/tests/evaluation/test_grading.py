@@ -11,11 +11,12 @@ from pathlib import Path
 
 import pytest
 
-from grader.course import exercises as manifest
+from grader.course import exercises
 from grader.course.exercises import ManifestError, load, shares
+from grader.course.message import Message
 from grader.course.texts import LANGUAGES, Texts, preferred, sentences
-from grader.evaluation.grading import conclude
-from grader.records import Finding, Outcome, Verdict
+from grader.evaluation.grading import grade
+from grader.evaluation.records import Finding, Outcome
 
 RULES = load()
 TEXTS = Texts("fr")
@@ -24,7 +25,7 @@ INSIDE, OFF_SCREEN = "tp1.fill_rect.inside", "tp1.fill_rect.off_screen"
 
 def judged(*findings: Finding) -> dict[str, tuple[str, int]]:
     """Return outcome and points of each check."""
-    checks, _ = conclude(findings, RULES, TEXTS)
+    checks, _ = grade(findings, RULES, TEXTS)
     return {each.id: (each.outcome.value, each.points) for each in checks}
 
 
@@ -71,7 +72,7 @@ def test_what_may_be_anothers_fault_waits_for_it() -> None:
     assert judged(nearest, right)[NEAREST] == ("failed", 0)
     assert judged(nearest, wrong)[NEAREST] == ("blocked", 0)
     assert judged(replace(nearest, alone=True), wrong)[NEAREST] == ("failed", 0)
-    (_, told), _ = conclude([wrong, nearest], RULES, TEXTS)
+    (_, told), _ = grade([wrong, nearest], RULES, TEXTS)
     assert told.note == "À revoir après TP2.3 : l'erreur peut venir de là."
 
 
@@ -84,7 +85,7 @@ def test_what_is_not_written_waits_for_nothing() -> None:
 def test_points_earned_among_the_references_functions_are_told() -> None:
     """All the points, and whose mistake it was."""
     passed = replace(finding(NEAREST, Outcome.PASSED), through=("TP2.3", "TP2.4"))
-    ((told,), _) = conclude([passed], RULES, TEXTS)
+    ((told,), _) = grade([passed], RULES, TEXTS)
     assert told.points == told.max_points
     assert told.note == "Points acquis : votre fonction est juste, l'erreur vient de TP2.3, TP2.4."
 
@@ -92,16 +93,16 @@ def test_points_earned_among_the_references_functions_are_told() -> None:
 def test_an_exercise_is_as_good_as_its_worst_check() -> None:
     """Its points are the sum, its outcome the worst; exercises without findings are not there."""
     findings = [finding(INSIDE, Outcome.PASSED), finding("tp1.fill_rect.clipped", Outcome.TIMEOUT)]
-    _, (exercise,) = conclude(findings, RULES, TEXTS)
+    _, (exercise,) = grade(findings, RULES, TEXTS)
     assert (exercise.id, exercise.outcome, exercise.points) == ("TP1.4", Outcome.TIMEOUT, 160)
 
 
 def test_a_message_is_filled_with_its_values() -> None:
     """The place of a crash is part of the sentence when it is known, and only then."""
-    verdict = Verdict("death.SIGSEGV", {"call": "f(img)"})
-    where = Finding(INSIDE, "title", Outcome.CRASHED, verdict, location="main.c:7")
-    nowhere = Finding(INSIDE, "title", Outcome.CRASHED, verdict)
-    messages = [conclude([each], RULES, TEXTS)[0][0].message for each in (where, nowhere)]
+    message = Message("death.SIGSEGV", {"call": "f(img)"})
+    where = Finding(INSIDE, "title", Outcome.CRASHED, message, location="main.c:7")
+    nowhere = Finding(INSIDE, "title", Outcome.CRASHED, message)
+    messages = [grade([each], RULES, TEXTS)[0][0].message for each in (where, nowhere)]
     said = "f(img) lit ou écrit hors de la mémoire permise"
     assert messages == [f"{said}, dans main.c:7.", f"{said}."]
 
@@ -140,7 +141,7 @@ def test_a_broken_manifest_is_named(tmp_path: Path, text: str, words: str) -> No
 
 def test_a_check_needs_exercises_that_there_are(tmp_path: Path) -> None:
     """What it judges besides is among what it needs, and what proves a function is a check."""
-    text = manifest.MANIFEST.read_text(encoding="utf-8")
+    text = exercises.MANIFEST.read_text(encoding="utf-8")
     path = tmp_path / "exercises.toml"
     wrong = {
         'needs = ["TP2.5"]': 'needs = ["TP9.9"]',
@@ -157,7 +158,7 @@ def test_a_check_needs_exercises_that_there_are(tmp_path: Path) -> None:
 
 def test_a_manifest_with_an_unknown_twin_is_refused(tmp_path: Path) -> None:
     """Names in the manifest hold together."""
-    text = manifest.MANIFEST.read_text(encoding="utf-8")
+    text = exercises.MANIFEST.read_text(encoding="utf-8")
     path = tmp_path / "exercises.toml"
     path.write_text(text.replace(f'twin = "{INSIDE}"', 'twin = "tp1.nothing"'), encoding="utf-8")
     with pytest.raises(ManifestError, match=r"tp1\.nothing"):
@@ -167,7 +168,7 @@ def test_a_manifest_with_an_unknown_twin_is_refused(tmp_path: Path) -> None:
 def checks_in_the_tests() -> dict[str, str]:
     """Return the first line of each check's docstring, by the id of its marker."""
     found: dict[str, str] = {}
-    for path in (manifest.PACKAGE / "checks").glob("test_*.py"):
+    for path in (exercises.PACKAGE / "checks").glob("test_*.py"):
         for node in ast.parse(path.read_text(encoding="utf-8")).body:
             if isinstance(node, ast.FunctionDef) and node.name.startswith("test_"):
                 (marker,) = node.decorator_list
@@ -210,8 +211,8 @@ FILES = (".c", ".css", ".h", ".html", ".js", ".json", ".png", ".py", ".so", ".to
 
 def test_every_sentence_is_asked_for_somewhere() -> None:
     """No sentence without use, no use without sentence, as far as literal keys go."""
-    paths = [*manifest.PACKAGE.rglob("*.py"), *manifest.PACKAGE.rglob("*.html")]
-    own = [path for path in paths if "tests" not in path.relative_to(manifest.PACKAGE).parts]
+    paths = [*exercises.PACKAGE.rglob("*.py"), *exercises.PACKAGE.rglob("*.html")]
+    own = [path for path in paths if "tests" not in path.relative_to(exercises.PACKAGE).parts]
     code = "".join(path.read_text(encoding="utf-8") for path in own)
     known = {key.split(".")[0] for key in sentences("en")}
     sections = "|".join(name for name in known if name.isalpha())  # tp1.name may be a prediction's

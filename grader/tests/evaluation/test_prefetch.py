@@ -10,13 +10,13 @@ import pytest
 
 from grader.course import exercises as manifest
 from grader.course.exercises import Manifest
-from grader.evaluation.prefetch import Ahead, Ran
+from grader.evaluation.prefetch import Prefetch, RunResult
 from grader.evaluation.recognition import is_picture
-from grader.records import Outcome
+from grader.evaluation.records import Outcome
 
 SECONDS = 30  # a test that waits longer is stuck
 FLAT, BETWEEN, LAST = "tp2.scene.flat_0", "tp4.scene.mirror_0", "tp5.scene.smooth_4"
-DONE = Ran(None, 1.0)
+DONE = RunResult(None, 1.0)
 
 
 @pytest.fixture
@@ -39,7 +39,7 @@ class Drawing:
         self.begun: Queue[str] = Queue()
         self.may_end = threading.Event()
 
-    def __call__(self, check: str) -> Ran:
+    def __call__(self, check: str) -> RunResult:
         """Be run."""
         self.begun.put(check)
         assert self.may_end.wait(SECONDS)
@@ -57,7 +57,7 @@ def drawing() -> Iterator[Drawing]:
 def test_pictures_come_last_and_what_they_wait_for_first(rules: Manifest, drawing: Drawing) -> None:
     """TP1's functions, which no picture needs, and what only a bonus needs, come between."""
     checks = [*rules.checks()]
-    ahead = Ahead(rules, drawing)
+    ahead = Prefetch(rules, drawing)
     order = ahead.order(checks)
     ahead.close()
     assert sorted(order) == sorted(checks)
@@ -71,7 +71,7 @@ def test_a_picture_is_drawn_when_all_that_it_needs_has_passed(
     rules: Manifest, drawing: Drawing
 ) -> None:
     """Not before, and its result is there for its turn."""
-    ahead = Ahead(rules, drawing)
+    ahead = Prefetch(rules, drawing)
     *others, last = needed(rules, FLAT, [*rules.checks()])
     ahead.order([*others, last, FLAT])
     for name in others:
@@ -89,7 +89,7 @@ def test_what_needs_something_wrong_is_never_drawn_ahead(
     rules: Manifest, drawing: Drawing, outcome: Outcome
 ) -> None:
     """It is run in its turn, when what loops is known."""
-    ahead = Ahead(rules, drawing)
+    ahead = Prefetch(rules, drawing)
     ahead.order([*rules.checks()])
     first, *others = needed(rules, FLAT, [*rules.checks()])
     ahead.heard(first, outcome)
@@ -102,7 +102,7 @@ def test_what_needs_something_wrong_is_never_drawn_ahead(
 
 def test_two_threads_draw_from_either_side(rules: Manifest, drawing: Drawing) -> None:
     """The last picture is drawn ahead; the first, in its turn, is not while that one lasts."""
-    ahead = Ahead(rules, drawing)
+    ahead = Prefetch(rules, drawing)
     assert ahead.order([FLAT, BETWEEN, LAST]) == [FLAT, BETWEEN, LAST]  # nothing to wait for
     assert drawing.begun.get(timeout=SECONDS) == LAST
     assert ahead.result(FLAT) is None

@@ -9,44 +9,54 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from grader.authoring.expected import mistake_bank as bank
+from grader.authoring.expected import mistake_bank
 from grader.authoring.specimens import mistakes, patches, variants
 from grader.authoring.specimens.grading import exercise_findings, graded
-from grader.checking import observations as testimony
+from grader.checking import observations
 from grader.checking.expected_data import FOLDER, ExpectedError
-from grader.checking.observations import Part
-from grader.course import exercises as manifest
+from grader.checking.observations import Observation
+from grader.checking.records import Evidence
+from grader.course import exercises
+from grader.course.message import Message
 from grader.course.texts import Texts
-from grader.evaluation import recognition as diagnosis
-from grader.evaluation.grading import conclude
-from grader.evaluation.recognition import BANK, Known, encode, named, read, recognised, signature
-from grader.records import Evidence, Finding, Outcome, Verdict
+from grader.evaluation import recognition
+from grader.evaluation.grading import grade
+from grader.evaluation.recognition import (
+    BANK,
+    KnownMistake,
+    encode,
+    read,
+    recognised,
+    signature,
+    with_mistakes,
+)
+from grader.evaluation.records import Finding, Outcome
 
-RULES = manifest.load()
+RULES = exercises.load()
 KNOWN = {each.id: each for each in mistakes.load()}
 DISTANCE, MEETS = "tp2.intersect_sphere.distance", "tp2.intersect_sphere.meets"
 NEAREST = "tp2.intersect_scene.nearest"
 
 
-def part(*values: float, cases: tuple[int, ...] = (0, 2), tolerance: float = 0.0) -> Part:
+def part(*values: float, cases: tuple[int, ...] = (0, 2), tolerance: float = 0.0) -> Observation:
     """Return the wrong cases of a part, one number each."""
     column = np.array(values, np.float32)[:, None]
-    return Part(np.array(cases), column, tolerance)
+    return Observation(np.array(cases), column, tolerance)
 
 
-def finding(check: str, *parts: Part, **fields: object) -> Finding:
+def finding(check: str, *parts: Observation, **fields: object) -> Finding:
     """Return a check that failed on these parts, or passed without any."""
     outcome = Outcome.FAILED if parts else Outcome.PASSED
-    verdict = Verdict("failure.output") if parts else None
+    message = Message("failure.output") if parts else None
     wrong = {str(number): each for number, each in enumerate(parts)}
-    made = Finding(check, "title", outcome, verdict, testimony=wrong)
+    made = Finding(check, "title", outcome, message, observations=wrong)
     return replace(made, **fields)  # type: ignore[arg-type]
 
 
-def known(*findings: Finding) -> Known:
+def known(*findings: Finding) -> KnownMistake:
     """Return a mistake that gives these findings."""
     exercise = RULES.checks()[findings[0].check].exercise
-    return Known(exercise, signature(findings))
+    return KnownMistake(exercise, signature(findings))
 
 
 # ---- The answers that agree ---------------------------------------------------------------------
@@ -66,14 +76,16 @@ def known(*findings: Finding) -> Known:
         (part(1, 1, tolerance=0.1), part(np.inf, 1), False),
     ],
 )
-def test_answers_agree_within_the_tolerance(one: Part, other: Part, expected: bool) -> None:
+def test_answers_agree_within_the_tolerance(
+    one: Observation, other: Observation, expected: bool
+) -> None:
     """Same cases, same values relative to those above 1; a NaN is like a NaN only."""
     assert one.agrees(other) is expected
 
 
 def test_only_what_is_wrong_is_put_down() -> None:
     """The cases that are wrong with their values; nothing of parts that are right."""
-    found = testimony.Testimony()
+    found = observations.Observations()
     got = np.arange(6, dtype=np.float64).reshape(3, 2)
     found.note("right", got, np.zeros(3, bool))
     found.note("wrong", got, np.array([True, False, True]), 0.5)
@@ -100,7 +112,7 @@ FAR = (finding(DISTANCE, part(6, 7)), finding(MEETS))
         # Other answers, other cases, another complaint.
         ((finding(DISTANCE, part(6, 8)),), ()),
         ((finding(DISTANCE, part(6, 7, cases=(0, 1))),), ()),
-        ((replace(FAR[0], verdict=Verdict("failure.not_written")),), ()),
+        ((replace(FAR[0], message=Message("failure.not_written")),), ()),
         # To do, or not judged.
         ((replace(FAR[0], todo=frozenset({"TP2.4"})),), ()),
         ((FAR[0], replace(FAR[1], outcome=Outcome.ERROR)), ()),
@@ -120,10 +132,10 @@ def test_mistakes_that_are_alike_are_named_together() -> None:
         assert recognised(FAR, {f"m{k}": one for k in range(count)}) == expected
 
 
-def with_bank(folder: Path, content: dict[str, Known]) -> Path:
+def with_bank(folder: Path, content: dict[str, KnownMistake]) -> Path:
     """Return a folder of expected data that has nothing but a bank."""
     (folder / BANK).write_bytes(encode(content))
-    digest = bank.digest(folder / BANK)
+    digest = mistake_bank.digest(folder / BANK)
     text = f'{{"files": {{}}, "bank": {{"sha256": "{digest}"}}}}'
     (folder / "manifest.json").write_text(text, encoding="utf-8")
     return folder
@@ -135,7 +147,7 @@ def test_what_depends_on_a_wrong_exercise_is_not_named(tmp_path: Path) -> None:
     folder = with_bank(tmp_path, {"far": known(FAR[0]), "first": known(nearest)})
 
     def ids(*findings: Finding) -> list[tuple[str, ...]]:
-        return [each.evidence.mistakes for each in named(findings, RULES, folder)]
+        return [each.evidence.mistakes for each in with_mistakes(findings, RULES, folder)]
 
     assert ids(FAR[1], nearest) == [(), ("first",)]
     assert ids(FAR[0], nearest) == [("far",), ()]
@@ -146,15 +158,15 @@ def test_a_bank_comes_back_as_it_was_written(tmp_path: Path) -> None:
     """Cases, values and names; the same bytes for the same mistakes."""
     content = {"far": known(*FAR), "other": known(finding(NEAREST, part(1, 2, 3, cases=(1, 2, 5))))}
     (back_far, back_other) = read(with_bank(tmp_path, content)).values()
-    assert diagnosis.same(content["far"].signature, back_far.signature)
-    assert diagnosis.same(content["other"].signature, back_other.signature)
+    assert recognition.same(content["far"].signature, back_far.signature)
+    assert recognition.same(content["other"].signature, back_other.signature)
     assert encode(content) == encode(dict(content))
 
 
 def test_a_folder_without_a_bank_names_nothing(tmp_path: Path) -> None:
     """Another seed's data may have been made without it."""
     (tmp_path / "manifest.json").write_text('{"files": {}}', encoding="utf-8")
-    assert named(FAR, RULES, tmp_path) == list(FAR)
+    assert with_mistakes(FAR, RULES, tmp_path) == list(FAR)
 
 
 def test_a_damaged_bank_is_named(tmp_path: Path) -> None:
@@ -162,17 +174,17 @@ def test_a_damaged_bank_is_named(tmp_path: Path) -> None:
     folder = with_bank(tmp_path, {"far": known(*FAR)})
     (folder / BANK).write_bytes(b"odd")
     with pytest.raises(ExpectedError, match=rf"{BANK}: .*; put the original folder back"):
-        named(FAR, RULES, folder)
+        with_mistakes(FAR, RULES, folder)
 
 
 def test_the_bank_is_of_today(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Made from today's mistakes and suites, which a changed manifest would not be."""
-    assert bank.main(["--check"]) == 0
+    assert mistake_bank.main(["--check"]) == 0
     folder = tmp_path / "données"
     shutil.copytree(FOLDER, folder, ignore=shutil.ignore_patterns("pictures"))
     text = (folder / "manifest.json").read_text(encoding="utf-8")
     (folder / "manifest.json").write_text(text.replace("reflectance.any", "x"), encoding="utf-8")
-    assert bank.main(["--check", "--out", str(folder)]) == 1
+    assert mistake_bank.main(["--check", "--out", str(folder)]) == 1
     assert f"{BANK} was made from other mistakes or suites" in capsys.readouterr().out
 
 
@@ -218,9 +230,9 @@ def test_two_mistakes_at_once_are_not_guessed(cache: Path) -> None:
 
 def told(hint: int, *names: str, language: str = "fr") -> str:
     """Return the help given at a level for a check in which mistakes are recognised."""
-    verdict, evidence = Verdict("failure.twin"), Evidence(mistakes=names)
-    wrong = finding(DISTANCE, part(6, 7), verdict=verdict, evidence=evidence)
-    ((result,), _) = conclude([wrong], RULES, Texts(language), hint)
+    message, evidence = Message("failure.twin"), Evidence(mistakes=names)
+    wrong = finding(DISTANCE, part(6, 7), message=message, evidence=evidence)
+    ((result,), _) = grade([wrong], RULES, Texts(language), hint)
     assert result.mistakes == names
     return result.hint
 

@@ -15,24 +15,29 @@ import pytest
 
 from grader.authoring.specimens import mistakes, variants
 from grader.build.builder import build
+from grader.build.records import Target
 from grader.checking.comparison import Wrong
 from grader.checking.expected_data import FOLDER
 from grader.checking.pictures.judgement import check_picture
 from grader.checking.pictures.measure import Envelope
 from grader.checking.pictures.worst_pixels import worst_pixels
+from grader.checking.records import Evidence, Spot
 from grader.checking.student import Student
-from grader.course import exercises as manifest
+from grader.course import exercises
+from grader.course.message import Message
 from grader.course.texts import Texts
-from grader.evaluation.grading import conclude
-from grader.evaluation.worst_pixel import pinned
-from grader.execution.session import Core
+from grader.evaluation.grading import grade
+from grader.evaluation.records import Finding, Outcome
+from grader.evaluation.worst_pixel import with_worst_pixel
+from grader.execution.records import Death
+from grader.execution.session import Library
 from grader.execution.worker_process import start_worker
-from grader.records import Death, Evidence, Finding, Outcome, Spot, Submission, Target, Verdict
+from grader.intake.records import Submission
 from grader.report import page, terminal
 from grader.tests.support.judging import solution
 from grader.tests.support.reports import every_outcome
 
-RULES = manifest.load()
+RULES = exercises.load()
 KNOWN = {each.id: each for each in mistakes.load()}
 # Known mistakes, and a picture in which they show: as many kinds as there are values.
 SAMPLE = {
@@ -144,12 +149,12 @@ LINE = "float n_l = vector_dot(n, l);"
 class Renderer:
     """One library, that of whole pictures: what a Student asks for here."""
 
-    def __init__(self, core: Core) -> None:
+    def __init__(self, core: Library) -> None:
         self.stuck: dict[str, Death] = {}
         self.is_mixed = False
         self._core = core
 
-    def renderer(self) -> Core:
+    def renderer(self) -> Library:
         """Return the library for whole pictures."""
         return self._core
 
@@ -160,7 +165,7 @@ def drawing(files: Mapping[str, str], cache: Path) -> Iterator[Student]:
     content = {name: text.encode() for name, text in files.items()}
     (result,) = build(Submission("rendu", content, missing=()), [Target(320, 180)], cache)
     with start_worker(result.preload) as process:
-        yield Student(Renderer(Core(process, result)))  # type: ignore[arg-type]
+        yield Student(Renderer(Library(process, result)))  # type: ignore[arg-type]
 
 
 def failing(student: Student, name: str) -> Finding:
@@ -169,8 +174,8 @@ def failing(student: Student, name: str) -> Finding:
     with pytest.raises(Wrong) as raised:
         check_picture(student, int(scene), stage)
     check = "tp3.scene.blinn_phong_0"
-    evidence, verdict = raised.value.evidence, raised.value.verdict
-    return Finding(check, "title", Outcome.FAILED, verdict, evidence=evidence)
+    evidence, message = raised.value.evidence, raised.value.message
+    return Finding(check, "title", Outcome.FAILED, message, evidence=evidence)
 
 
 @pytest.mark.parametrize(
@@ -180,7 +185,7 @@ def failing(student: Student, name: str) -> Finding:
 def test_the_first_wrong_value_is_that_of_the_mistake(cache: Path, name: str, picture: str) -> None:
     """Where the picture is most wrong, the exercise named is the one the mistake was made in."""
     with drawing(KNOWN[name].files(), cache) as student:
-        found = pinned(failing(student, picture), student).evidence.pinned
+        found = with_worst_pixel(failing(student, picture), student).evidence.pinned
     assert found is not None
     assert found.picture == picture
     assert found.told is not None, "no value is named"
@@ -200,12 +205,12 @@ def test_nothing_is_wrong_with_what_is_written_differently(cache: Path, name: st
             spot = Spot(
                 "scene4.mirror", int(dice.integers(320)), int(dice.integers(180)), (9, 9, 9)
             )
-            found = pinned(replace(blank, evidence=Evidence(spots=(spot,))), student)
+            found = with_worst_pixel(replace(blank, evidence=Evidence(spots=(spot,))), student)
             assert found.evidence.pinned is not None
             told = found.evidence.pinned.told
             # That nothing was drawn like this is told after all else.
             assert told is not None
-            assert told.values["value"] == Verdict("replay.value.pixel"), spot
+            assert told.values["value"] == Message("replay.value.pixel"), spot
 
 
 def test_light_from_behind_that_is_not_clamped(cache: Path) -> None:
@@ -216,7 +221,7 @@ def test_light_from_behind_that_is_not_clamped(cache: Path) -> None:
         assert text.count(test) == 1
         text = text.replace(test, test.replace("0.f", "-2.f"))
     with drawing({**files, "raytracer.c": text}, cache) as student:
-        found = pinned(failing(student, "scene4.blinn_phong"), student).evidence.pinned
+        found = with_worst_pixel(failing(student, "scene4.blinn_phong"), student).evidence.pinned
     assert found is not None
     assert found.told is not None
     assert (found.told.values["exercise"], found.told.values["function"]) == ("TP3.1", "shade")
@@ -225,10 +230,10 @@ def test_light_from_behind_that_is_not_clamped(cache: Path) -> None:
 def test_a_failed_picture_has_its_pixel_in_the_results(cache: Path) -> None:
     """The pixel, its first wrong value, and where that is made."""
     with drawing(KNOWN["light_direction_reversed"].files(), cache) as student:
-        finding = pinned(failing(student, "scene0.blinn_phong"), student)
+        finding = with_worst_pixel(failing(student, "scene0.blinn_phong"), student)
     found = finding.evidence.pinned
     assert found is not None
-    ((result,), _) = conclude([finding], RULES, Texts("en"))
+    ((result,), _) = grade([finding], RULES, Texts("en"))
     assert result.pixel is not None
     start = f"The pixel that is most wrong: ({found.i}, {found.j}). The first value that goes wrong"
     assert result.pixel.told.startswith(start)
@@ -263,9 +268,9 @@ def test_what_stops_the_replay_is_told(cache: Path, code: str, words: str) -> No
         finding = failing(student, "scene0.blinn_phong")
     ends = files["raytracer.c"].replace(LINE, f"{LINE} {code}")
     with drawing({**files, "raytracer.c": ends}, cache) as student:
-        after = pinned(finding, student)
+        after = with_worst_pixel(finding, student)
     assert replace(after, evidence=replace(after.evidence, pinned=None)) == finding
-    ((result,), _) = conclude([after], RULES, Texts("en"))
+    ((result,), _) = grade([after], RULES, Texts("en"))
     assert result.pixel is not None
     assert "The pixel that is most wrong: (" in result.pixel.told
     assert "The first value" not in result.pixel.told
@@ -281,7 +286,7 @@ def test_without_the_maps_nothing_is_told(cache: Path, tmp_path: Path) -> None:
         student.folder = folder
         finding = failing(student, "scene0.blinn_phong")
         (folder / "pictures" / "scene0.light.npz").unlink()
-        assert pinned(finding, student) == finding
+        assert with_worst_pixel(finding, student) == finding
 
 
 def test_pixels_to_look_at_lie_apart_in_the_worst_tile() -> None:

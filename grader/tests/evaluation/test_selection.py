@@ -8,7 +8,7 @@ import pytest
 
 from grader.console.parser import UsageError
 from grader.course import exercises as manifest
-from grader.course import settings as course
+from grader.course import settings
 from grader.course.texts import LANGUAGES, Texts
 from grader.evaluation.selection import choose
 
@@ -126,8 +126,8 @@ def test_what_selects_nothing_says_why(tp: int | None, keyword: str, key: str) -
 
 def test_what_is_not_open_is_chosen_by_its_tp(monkeypatch: pytest.MonkeyPatch) -> None:
     """A name in a TP to come is told with the command that judges it all the same."""
-    only = course.Course("fr", "c", (1,), count_closed=False)
-    monkeypatch.setattr(course, "load", lambda: only)
+    only = settings.Course("fr", "c", (1,), count_closed=False)
+    monkeypatch.setattr(settings, "load", lambda: only)
     with pytest.raises(UsageError) as caught:
         choose(RULES, None, "reflectance")
     assert (caught.value.key, caught.value.values["tp"]) == ("usage.other_tp", 5)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from grader.course.texts import Texts
-from grader.execution import death_messages as deaths
-from grader.records import Cause, Death
+from grader.execution import death_messages
+from grader.execution.records import Cause, Death
 
 # As gcc and clang write them.
 SAID = {
@@ -29,11 +29,13 @@ SAID = {
 def test_undefined_behaviour_is_told_in_plain_words(word: str) -> None:
     """The frequent ones have a sentence; the others keep the sanitizer's word."""
     death = Death(Cause.SIGNAL, f"runtime error: {word}", location="main.c:3")
-    sentence = deaths.told(deaths.verdict(death, "shade()"), death.location, Texts("fr"))
+    sentence = death_messages.told(
+        death_messages.message(death, "shade()"), death.location, Texts("fr")
+    )
     assert sentence == f"{SAID[word]}, dans main.c:3."
 
 
 def test_other_ends_are_not_taken_for_it() -> None:
     """An exit whose text speaks of a null pointer is an exit."""
     death = Death(Cause.EXIT, code=3, text="division by zero, null pointer")
-    assert deaths.verdict(death, "shade()").key == "death.exit"
+    assert death_messages.message(death, "shade()").key == "death.exit"

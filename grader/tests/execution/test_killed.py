@@ -13,9 +13,9 @@ from typing import Any
 
 import pytest
 
-from grader import commands as cli
+from grader import commands
 from grader.evaluation import plugin
-from grader.execution.worker_process import Channel, Limits, Process
+from grader.execution.worker_process import Limits, SessionSocket, WorkerProcess
 
 Write = Callable[..., Path]
 SUICIDE = "extern int kill(int, int), getpid(void); kill(getpid(), 9); (void)img;"
@@ -26,7 +26,7 @@ def graded(folder: Path, cache: Path, build: Path) -> dict[str, Any]:
     build.mkdir()
     (build / "cache").symlink_to(cache)
     words = ["grade", str(folder), "--tp", "1", "-k", "fill_red", "--build", str(build)]
-    assert cli.main([*words, "--lang", "en"]) in (cli.GRADED, cli.FAILED)
+    assert commands.main([*words, "--lang", "en"]) in (commands.GRADED, commands.FAILED)
     content = json.loads((build / "grade" / "partial" / "results.json").read_text(encoding="utf-8"))
     check: dict[str, Any] = next(each for each in content["checks"] if "fill_red" in each["id"])
     return check
@@ -36,19 +36,19 @@ def graded(folder: Path, cache: Path, build: Path) -> dict[str, Any]:
 def sessions(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """Return the libraries whose sessions were opened, as they are."""
     found: list[str] = []
-    fork = Process.fork
+    fork = WorkerProcess.fork
 
     @contextlib.contextmanager
-    def noting(self: Process, library: str, limits: Limits) -> Iterator[Channel]:
+    def noting(self: WorkerProcess, library: str, limits: Limits) -> Iterator[SessionSocket]:
         with fork(self, library, limits) as channel:
             found.append(library)
             yield channel
 
-    monkeypatch.setattr(Process, "fork", noting)
+    monkeypatch.setattr(WorkerProcess, "fork", noting)
     return found
 
 
-def kill_sessions(process: Process) -> None:
+def kill_sessions(process: WorkerProcess) -> None:
     """Kill the processes that run the submission, from outside."""
     worker = process._control.pid()
     children = Path(f"/proc/{worker}/task/{worker}/children").read_text(encoding="ascii").split()
@@ -61,17 +61,17 @@ def test_from_outside_it_is_run_again(
     submission: Write, cache: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Right code keeps its points; its process is killed in the first session, then no more."""
-    fork = Process.fork
+    fork = WorkerProcess.fork
     turns = itertools.count()
 
     @contextlib.contextmanager
-    def killing(self: Process, library: str, limits: Limits) -> Iterator[Channel]:
+    def killing(self: WorkerProcess, library: str, limits: Limits) -> Iterator[SessionSocket]:
         with fork(self, library, limits) as channel:
             if next(turns) == 1:  # the first holds constants, and nothing of the submission
                 kill_sessions(self)
             yield channel
 
-    monkeypatch.setattr(Process, "fork", killing)
+    monkeypatch.setattr(WorkerProcess, "fork", killing)
     check = graded(submission(), cache, tmp_path / "build")
     assert (check["outcome"], check["points"]) == ("passed", check["max_points"])
     assert next(turns) > 3

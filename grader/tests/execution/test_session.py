@@ -17,11 +17,12 @@ import numpy as np
 import pytest
 
 from grader.execution.dtypes import Types
+from grader.execution.records import Cause, Death
 from grader.execution.session import (
     Address,
     Array,
-    Core,
     Died,
+    Library,
     Limits,
     MachineError,
     Missing,
@@ -29,7 +30,6 @@ from grader.execution.session import (
     open_core,
 )
 from grader.execution.worker_process import start_worker
-from grader.records import Cause, Death
 from grader.sandbox.levels import Level, using
 from grader.worker import frames
 
@@ -38,7 +38,7 @@ SHORT = Limits(cpu=1)
 PIXELS = np.zeros((96 * 64, 3), np.float32)
 
 
-def test_inline_functions_and_constructors_are_called(reference: Core) -> None:
+def test_inline_functions_and_constructors_are_called(reference: Library) -> None:
     """vec3 is returned by value; an object, which cffi cannot return, comes through the shim."""
     with reference.session() as s:
         np.testing.assert_array_equal(s.call("vector_add", (1, 2, 3), (4, 5, 6)).result, [5, 7, 9])
@@ -50,7 +50,7 @@ def test_inline_functions_and_constructors_are_called(reference: Core) -> None:
         assert s.get("scene", 1)[0]["type"] == plane["type"]
 
 
-def test_many_calls_give_columns(reference: Core) -> None:
+def test_many_calls_give_columns(reference: Library) -> None:
     """One request makes n calls: results and written structs come back with n as first axis."""
     rays = reference.zeros("ray", 3)
     rays["orig"] = [(0, 0, 5), (0, 3, 5), (0, 0, -5)]
@@ -66,7 +66,7 @@ def test_many_calls_give_columns(reference: Core) -> None:
     assert rays["tmax"][0] == 100
 
 
-def test_globals_pictures_and_addresses(reference: Core) -> None:
+def test_globals_pictures_and_addresses(reference: Library) -> None:
     """A scene is set, drawn and read; memory of the session is reached by address."""
     with reference.session() as s:
         assert s.call("setup_scene", 0).result
@@ -102,7 +102,7 @@ def test_a_layout_that_differs_is_refused(
         pass
 
 
-def test_sessions_do_not_share_their_memory(reference: Core) -> None:
+def test_sessions_do_not_share_their_memory(reference: Library) -> None:
     """Each session starts from the library as it was built."""
     with reference.session() as first:
         first.set("object_count", 7)
@@ -122,7 +122,7 @@ def test_sessions_do_not_share_their_memory(reference: Core) -> None:
     ],
 )
 def test_mistakes_of_the_caller_are_value_errors(
-    reference: Core, ask: Callable[[Session], object]
+    reference: Library, ask: Callable[[Session], object]
 ) -> None:
     """What makes no sense is refused before the library sees it, and the session goes on."""
     with reference.session() as s:
@@ -132,13 +132,13 @@ def test_mistakes_of_the_caller_are_value_errors(
 
 
 @contextlib.contextmanager
-def student(folder: Path, cache: Path, sanitized: bool = False) -> Iterator[Core]:
+def student(folder: Path, cache: Path, sanitized: bool = False) -> Iterator[Library]:
     """Open a submission at 96x64."""
     with open_core(folder, 96, 64, sanitized=sanitized, cache=cache) as core:
         yield core
 
 
-def death_of(core: Core, name: str, *args: object, pixels: Array = PIXELS) -> Death:
+def death_of(core: Library, name: str, *args: object, pixels: Array = PIXELS) -> Death:
     """Call a function that must not come back; return how it died."""
     with core.session(SHORT) as s, pytest.raises(Died) as caught:
         s.call(name, pixels, *args)
@@ -315,7 +315,7 @@ def _runs(pid: int) -> bool:
 
 
 def test_a_worker_that_does_not_answer_is_the_machines_fault(
-    reference: Core, monkeypatch: pytest.MonkeyPatch
+    reference: Library, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A worker that has gone, for whatever reason, is no verdict on anybody."""
     library = reference.library.library

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from grader.course import exercises as manifest
+from grader.course import exercises
 from grader.course.texts import LANGUAGES, Texts
 from grader.intake.authors import NAME, Authors, Person, parse
 
-TEMPLATE = (manifest.CORE / NAME).read_text(encoding="utf-8")
+TEMPLATE = (exercises.CORE / NAME).read_text(encoding="utf-8")
 ADA = Person("Lovelace", "Ada", "21905678")
 ELISE = Person("Lœuillet", "Élise", "p1905679")
 

@@ -16,12 +16,12 @@ from pathlib import Path
 import pytest
 
 from grader.authoring.skeleton import originals as packing
-from grader.course import exercises as manifest
+from grader.course import exercises
 from grader.intake import archives, originals
 from grader.intake.archives import SubmissionError
 from grader.intake.originals import OriginalsError
+from grader.intake.records import Submission
 from grader.intake.submission import read_submission
-from grader.records import Submission
 
 Write = Callable[..., Path]
 MAIN = b'#include "raytracer.h"\n'
@@ -283,7 +283,7 @@ def test_wrong_paths_say_so(tmp_path: Path) -> None:
 def test_given_files_are_compared_not_taken(submission: Write) -> None:
     """Changed ones are named; my_tests.c is the student's, never built."""
     folder = submission(files={"vector.h": "#error mine\n", "my_tests.c": "", "extra.c": ""})
-    (folder / "ray.h").write_bytes((manifest.CORE / "ray.h").read_bytes())
+    (folder / "ray.h").write_bytes((exercises.CORE / "ray.h").read_bytes())
     read = read_submission(folder)
     assert set(read.files) == {"main.c", "raytracer.c", "raytracer.h", "octree.c", "extra.c"}
     assert read.changed == ("vector.h",)
@@ -295,7 +295,7 @@ def test_every_file_comes_with_its_place_and_date(submission: Write, tmp_path: P
     os.utime(folder / "octree.c", (1000, 2000))
     read = read_submission(folder)
     names = [each.name for each in read.sources]
-    assert names == list(manifest.load().student)
+    assert names == list(exercises.load().student)
     assert read.sources[-1].path == str(folder / "octree.c")
     assert read.sources[-1].modified == 2000
     (source,) = read_submission(zipped(tmp_path / "r.zip", {"tp/main.c": MAIN})).sources
@@ -335,8 +335,8 @@ def test_core_c_itself_is_judged_with_the_packed_originals(
     core = tmp_path / "core_c"
     core.mkdir()
     for name in originals.names():
-        (core / name).write_bytes((manifest.CORE / name).read_bytes())
-    monkeypatch.setattr(manifest, "CORE", core)
+        (core / name).write_bytes((exercises.CORE / name).read_bytes())
+    monkeypatch.setattr(exercises, "CORE", core)
     monkeypatch.setattr(originals, "PACK", tmp_path / "originals.zip")
     assert packing.main([]) == 0
     (core / "scene.c").write_bytes(b"#error mine\n")

@@ -10,7 +10,7 @@ import pytest
 
 from grader.course.exercises import CORE, ROOT
 from grader.lab import Core
-from grader.lab.cells import check as checks
+from grader.lab.cells import check
 
 Edit = Callable[[str, str, str], None]
 
@@ -26,8 +26,8 @@ def folder(tmp_path: Path, cache: Path, monkeypatch: pytest.MonkeyPatch) -> Iter
     monkeypatch.setenv("BUILD", str(cache.parent))
     monkeypatch.setenv("MRT_LANG", "en")
     yield place
-    checks.JUDGE.close()
-    checks.JUDGE.done.clear()
+    check.JUDGE.close()
+    check.JUDGE.done.clear()
 
 
 @pytest.fixture

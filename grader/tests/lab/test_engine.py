@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
+from grader.build.records import Target
 from grader.lab import Core, Stopped
 from grader.lab.bridge import engine
-from grader.records import Target
 from grader.tests.lab.conftest import Edit
 
 DOT = "float n_l = vector_dot(n, l);"

@@ -8,14 +8,14 @@ from pathlib import Path
 import pytest
 
 from grader.course.exercises import ROOT
-from grader.lab import __main__ as lab
+from grader.lab import __main__
 
 
 def test_notebook_and_c_file_stand_side_by_side(tmp_path: Path) -> None:
     """The layout is where JupyterLab looks for it, and one that was changed stays."""
     from jupyterlab_server.workspaces_handler import WorkspacesManager
 
-    name = lab.write_workspace(tmp_path, "notebooks/fr/TP2.ipynb", "core_c/raytracer.c")
+    name = __main__.write_workspace(tmp_path, "notebooks/fr/TP2.ipynb", "core_c/raytracer.c")
     kept = WorkspacesManager(str(tmp_path / "workspaces")).load(name)
     areas = kept["data"]["layout-restorer:data"]["main"]["dock"]["children"]
     assert [each["widgets"] for each in areas] == [
@@ -24,19 +24,19 @@ def test_notebook_and_c_file_stand_side_by_side(tmp_path: Path) -> None:
     ]
     (path,) = (tmp_path / "workspaces").iterdir()
     path.write_text("{}", encoding="utf-8")
-    lab.write_workspace(tmp_path, "notebooks/fr/TP2.ipynb", "core_c/raytracer.c")
+    __main__.write_workspace(tmp_path, "notebooks/fr/TP2.ipynb", "core_c/raytracer.c")
     assert path.read_text(encoding="utf-8") == "{}"
 
 
 def test_nothing_of_the_person_is_touched(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """All of Jupyter's folders are ours; no news, no updates; paths hold from any folder."""
     monkeypatch.setenv("BUILD", "somewhere")
-    variables = lab.environment(tmp_path)
+    variables = __main__.environment(tmp_path)
     for key in ("CONFIG_DIR", "DATA_DIR", "RUNTIME_DIR"):
         assert variables[f"JUPYTER_{key}"].startswith(str(tmp_path))
     assert variables["BUILD"] == str(ROOT / "somewhere")
     assert variables["PYTHONPATH"] == str(ROOT)
-    lab.write_settings(tmp_path)
+    __main__.write_settings(tmp_path)
     notifications = tmp_path / "settings/@jupyterlab/apputils-extension"
     content = json.loads((notifications / "notification.jupyterlab-settings").read_text("utf-8"))
     assert content == {"checkForUpdates": False, "fetchNews": "false"}
@@ -57,7 +57,7 @@ def test_the_next_tp(
     rows = [{"tp": tp, "outcome": outcome, "bonus": False} for outcome, tp in outcomes]
     (tmp_path / "grade").mkdir()
     (tmp_path / "grade" / "results.json").write_text(json.dumps({"exercises": rows}), "utf-8")
-    assert lab._next_tp() == expected
+    assert __main__._next_tp() == expected
 
 
 def test_a_missing_notebook_and_a_closed_folder(
@@ -65,12 +65,12 @@ def test_a_missing_notebook_and_a_closed_folder(
 ) -> None:
     """Each is one sentence with its cure, and nothing starts."""
     monkeypatch.setenv("MRT_LANG", "en")
-    monkeypatch.setattr(lab, "ROOT", tmp_path)
+    monkeypatch.setattr(__main__, "ROOT", tmp_path)
     with pytest.raises(SystemExit, match="Put the original folder"):
-        lab.main(["--tp", "1"])
+        __main__.main(["--tp", "1"])
     (tmp_path / "notebooks/en").mkdir(parents=True)
     (tmp_path / "notebooks/en/TP1.ipynb").touch()
     (tmp_path / "file").touch()
     monkeypatch.setenv("BUILD", str(tmp_path / "file"))
     with pytest.raises(SystemExit, match="make lab BUILD="):
-        lab.main(["--tp", "1"])
+        __main__.main(["--tp", "1"])

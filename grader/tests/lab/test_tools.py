@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from grader.course import exercises as manifest
+from grader.course import exercises
 from grader.course.exercises import CORE, ROOT
 from grader.lab import (
     Core,
@@ -163,7 +163,7 @@ def test_source_shows_the_function_and_opens_its_file(folder: Path) -> None:
 
 def test_every_exercise_is_found_where_it_is_defined() -> None:
     """Not where it is called: `if (... in_shadow(it, &lights[k])) {` stands before in_shadow."""
-    names = [name for each in manifest.load().exercises for name in each.functions]
+    names = [name for each in exercises.load().exercises for name in each.functions]
     assert "in_shadow" in names
     for name, folder in itertools.product(names, (CORE, ROOT / "reference")):
         found = find(name, folder)

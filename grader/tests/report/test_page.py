@@ -16,8 +16,7 @@ import pytest
 
 from grader.course.exercises import ROOT
 from grader.course.texts import LANGUAGES, Texts
-from grader.report import page
-from grader.report import results as report
+from grader.report import page, results
 from grader.report.page import markup
 from grader.tests.support.reports import HOSTILE, PNG, every_outcome
 
@@ -192,7 +191,7 @@ def test_files_history_and_changes_are_told(whole: Make) -> None:
 
 def test_the_page_is_made_again_from_the_results(tmp_path: Path) -> None:
     """Without any C; a folder without results is named with the cure."""
-    report.write(tmp_path / "results.json", every_outcome("en", tmp_path))
+    results.write(tmp_path / "results.json", every_outcome("en", tmp_path))
     command = [sys.executable, "-m", "grader.report.page", str(tmp_path)]
 
     def run() -> subprocess.CompletedProcess[str]:

@@ -12,20 +12,21 @@ from xml.etree import ElementTree
 
 import pytest
 
-from grader import commands as cli
+from grader import commands
 from grader.build import toolchain
+from grader.build.records import Target
 from grader.build.toolchain import Compiler
-from grader.course import exercises as manifest
-from grader.course import settings as course
+from grader.course import exercises, settings
 from grader.course.exercises import PACKAGE, ManifestError
+from grader.course.message import Message
 from grader.course.texts import LANGUAGES, Texts
-from grader.evaluation.grading import conclude
-from grader.records import Finding, Outcome, Target, Verdict
+from grader.evaluation.grading import grade
+from grader.evaluation.records import Finding, Outcome
 from grader.report import junit
 from grader.tests.support.reports import HOSTILE, PNG, every_outcome
 
 SCHEMA = json.loads((PACKAGE / "report" / "results.schema.json").read_text(encoding="utf-8"))
-RULES = manifest.load()
+RULES = exercises.load()
 TYPES: dict[str, tuple[type, ...]] = {
     "object": (dict,),
     "array": (list,),
@@ -139,7 +140,7 @@ def test_hints_come_by_their_level() -> None:
     finding = Finding(name, "title", Outcome.FAILED)
     for language in LANGUAGES:
         texts = Texts(language)
-        (hints,) = {tuple(conclude([finding], RULES, texts, hint=k)[0][0].hint for k in (1, 2, 3))}
+        (hints,) = {tuple(grade([finding], RULES, texts, hint=k)[0][0].hint for k in (1, 2, 3))}
         assert hints == (
             texts.say(f"question.{name}"),
             texts.say(f"hint.{name}.2"),
@@ -155,24 +156,24 @@ def test_what_a_broken_file_keeps_waiting_says_so() -> None:
         ((), "Il faut d'abord écrire TP2.4."),
         (("raytracer.c",), "À juger quand raytracer.c compilera."),
     ):
-        ((result,), _) = conclude([finding], RULES, Texts("fr"), rejected=rejected)
+        ((result,), _) = grade([finding], RULES, Texts("fr"), rejected=rejected)
         assert (result.outcome, result.note) == (Outcome.BLOCKED, note)
 
 
 def test_a_death_while_loading_has_no_call_to_name() -> None:
     """A constructor that crashes is told as such."""
-    verdict = Verdict("death.SIGSEGV", {"call": ""})
+    message = Message("death.SIGSEGV", {"call": ""})
     check = RULES.exercises[0].checks[0].id
-    finding = Finding(check, "title", Outcome.CRASHED, verdict)
-    ((result,), _) = conclude([finding], RULES, Texts("fr"))
+    finding = Finding(check, "title", Outcome.CRASHED, message)
+    ((result,), _) = grade([finding], RULES, Texts("fr"))
     assert result.message.startswith("Votre code, dès son chargement, lit ou écrit hors")
 
 
 def test_a_function_that_was_not_judged_gets_no_question() -> None:
     """What its check asks would lead astray."""
     check = RULES.exercises[0].checks[0].id
-    finding = Finding(check, "title", Outcome.FAILED, Verdict("failure.missing", {"name": "f"}))
-    ((result,), _) = conclude([finding], RULES, Texts("fr"))
+    finding = Finding(check, "title", Outcome.FAILED, Message("failure.missing", {"name": "f"}))
+    ((result,), _) = grade([finding], RULES, Texts("fr"))
     assert result.hint == ""
 
 
@@ -188,7 +189,7 @@ def run(
         if not (build / "cache").exists():
             (build / "cache").symlink_to(cache)
         arguments = ["grade", str(folder), "--build", str(build), "-k", "fill_red", *words]
-        code = cli.main([*arguments, "--lang", "en"])
+        code = commands.main([*arguments, "--lang", "en"])
         path = build / "grade" / "partial" / "results.json"
         content = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
         captured = capsys.readouterr()
@@ -203,9 +204,9 @@ def test_a_run_writes_its_three_results(
     """results.json as the schema says, junit.xml beside it, and an exit code for a low mark."""
     folder = submission()
     code, content, _ = run(folder, "--fail-under", "2")
-    assert (code, content["score"], list(faults(content, SCHEMA))) == (cli.GRADED, 2, [])
+    assert (code, content["score"], list(faults(content, SCHEMA))) == (commands.GRADED, 2, [])
     assert (tmp_path / "build" / "grade" / "partial" / "junit.xml").exists()
-    assert run(folder, "--fail-under", "2.5")[0] == cli.BELOW
+    assert run(folder, "--fail-under", "2.5")[0] == commands.BELOW
 
 
 def test_an_archive_is_graded_as_its_folder_is(
@@ -214,7 +215,11 @@ def test_an_archive_is_graded_as_its_folder_is(
     """Same points; the report says where in the archive each file is."""
     path = Path(shutil.make_archive(str(tmp_path / "archive"), "gztar", submission()))
     code, content, said = run(path)
-    assert (code, content["score"], content["submission"]["name"]) == (cli.GRADED, 2, "archive")
+    assert (code, content["score"], content["submission"]["name"]) == (
+        commands.GRADED,
+        2,
+        "archive",
+    )
     assert f"{path} : main.c" in said
 
 
@@ -223,7 +228,7 @@ def test_a_level_of_isolation_can_be_asked_for(
 ) -> None:
     """The report says which one it was."""
     code, content, said = run(submission(), "--isolation", "portable")
-    assert (code, content["isolation"]) == (cli.GRADED, "portable")
+    assert (code, content["isolation"]) == (commands.GRADED, "portable")
     assert 'level "portable"' in said
 
 
@@ -232,7 +237,7 @@ def test_a_folder_without_expected_data_is_wrong_use(
 ) -> None:
     """One line, before anything is run."""
     code, content, said = run(submission(), "--expected", str(tmp_path))
-    assert (code, content) == (cli.WRONG_USE, {})
+    assert (code, content) == (commands.WRONG_USE, {})
     assert said.startswith(f"{tmp_path / 'manifest.json'}: this file of expected data cannot be")
     assert said.count("\n") == 1
 
@@ -241,11 +246,11 @@ def test_a_damaged_file_of_expected_data_is_told_by_its_name(
     run: Callable[..., tuple[int, dict[str, Any], str]], submission: Write, tmp_path: Path
 ) -> None:
     """And by the cure: never as a zero, nor with a path of this machine."""
-    copy = Path(shutil.copytree(manifest.EXPECTED, tmp_path / "expected"))
+    copy = Path(shutil.copytree(exercises.EXPECTED, tmp_path / "expected"))
     (copy / "camera_ray.anywhere.npz").write_bytes(b"odd")
     words = ("--expected", str(copy), "-k", "camera_ray.anywhere")
     code, content, _ = run(submission(), *words)
-    assert (code, content["incomplete"]) == (cli.FAILED, True)
+    assert (code, content["incomplete"]) == (commands.FAILED, True)
     (check,) = (each for each in content["checks"] if each["outcome"] == "error")
     assert check["message"].startswith("This check could not be made: the file camera_ray.anywhere")
     assert "put the original folder back, reference/expected." in check["message"]
@@ -257,8 +262,8 @@ def test_the_course_can_be_set_up(tmp_path: Path) -> None:
     """Language, dialect, opened TPs; anything else is told by its name."""
     path = tmp_path / "course.toml"
     path.write_text('language = "en"\ndialect = "c++"\nopened = [2, 1]\n', encoding="utf-8")
-    assert course.load(path) == course.Course("en", "c++", (1, 2), count_closed=False)
-    assert course.load().opened == tuple(RULES.tps)
+    assert settings.load(path) == settings.Course("en", "c++", (1, 2), count_closed=False)
+    assert settings.load().opened == tuple(RULES.tps)
 
 
 @pytest.mark.parametrize(
@@ -275,7 +280,7 @@ def test_wrong_settings_are_named(tmp_path: Path, text: str, words: str) -> None
     path = tmp_path / "course.toml"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(ManifestError, match=rf"course\.toml, line \d: {words}"):
-        course.load(path)
+        settings.load(path)
 
 
 def test_darwin_has_its_own_flags_for_linking_and_cxx() -> None:

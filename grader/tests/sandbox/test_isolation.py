@@ -18,16 +18,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from grader.build import sanitizer_guard as offswitches
+from grader.build import sanitizer_guard
 from grader.commands import main
 from grader.course.exercises import ROOT
 from grader.course.texts import LANGUAGES, Texts
-from grader.execution import canary
-from grader.execution import crash_location as trace
-from grader.execution.session import Core, open_core
+from grader.execution import canary, crash_location
+from grader.execution.session import Library, open_core
 from grader.execution.worker_process import Limits, MachineError, start_worker
-from grader.sandbox import bubblewrap as bubble
-from grader.sandbox import tools as confined
+from grader.sandbox import bubblewrap, tools
 from grader.sandbox.bubblewrap import sandbox
 from grader.sandbox.levels import Isolation, IsolationError, Level, best, using
 from grader.tests.sandbox.hostile import corpus
@@ -166,7 +164,7 @@ def test_isolation_does_not_change_what_a_student_reads(submission: Write, cache
 
 
 def test_a_sandbox_that_does_not_start_is_no_verdict(
-    reference: Core, monkeypatch: pytest.MonkeyPatch
+    reference: Library, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """It is the machine's fault, and its own words are kept."""
     with using(Level.STRONG):
@@ -206,10 +204,10 @@ def test_off_switches_are_found_where_they_count() -> None:
     code = (
         b"/* no_sanitize\n__asan_x */\nint a; // __ubsan_y\n__attribute__((no_sanitize)) int f;\n"
     )
-    assert offswitches.in_text({"main.c": code}) == (
+    assert sanitizer_guard.in_text({"main.c": code}) == (
         "main.c:4:1: error: 'no_sanitize' switches the sanitizers off\n"
     )
-    assert offswitches.in_text({"a.h": b'char *s = "__asan_default_options";'}) == ""
+    assert sanitizer_guard.in_text({"a.h": b'char *s = "__asan_default_options";'}) == ""
 
 
 def test_an_off_switch_is_refused_with_a_sentence(submission: Write, cache: Path) -> None:
@@ -223,17 +221,20 @@ def test_an_off_switch_is_refused_with_a_sentence(submission: Write, cache: Path
 def test_tools_are_bounded(tmp_path: Path) -> None:
     """A tool that is missing, endless, or talks too much is told, stopped, or cut."""
     with pytest.raises(FileNotFoundError):
-        confined.run_tool(["no-such-tool"], tmp_path)
-    assert confined.run_tool(["sleep", "9"], tmp_path, seconds=0.3).status == confined.OUT_OF_TIME
-    much = confined.run_tool(["seq", "1000000"], tmp_path)
-    assert len(much.output) == confined.MAX_OUTPUT_BYTES
+        tools.run_tool(["no-such-tool"], tmp_path)
+    assert tools.run_tool(["sleep", "9"], tmp_path, seconds=0.3).status == tools.OUT_OF_TIME
+    much = tools.run_tool(["seq", "1000000"], tmp_path)
+    assert len(much.output) == tools.MAX_OUTPUT_BYTES
 
 
-def test_a_place_that_is_none_is_not_invented(reference: Core) -> None:
+def test_a_place_that_is_none_is_not_invented(reference: Library) -> None:
     """Addresses outside the library, or none, give no place; and no error."""
     library = reference.library.library
-    assert trace.locate(library, [-5, 0, 1 << 60]) == trace.NOWHERE
-    assert trace.from_report(library, "(elsewhere.so+0x12) (x+0xzz)") == trace.NOWHERE
+    assert crash_location.locate(library, [-5, 0, 1 << 60]) == crash_location.NOWHERE
+    assert (
+        crash_location.from_report(library, "(elsewhere.so+0x12) (x+0xzz)")
+        == crash_location.NOWHERE
+    )
 
 
 def test_the_project_is_hidden_inside() -> None:
@@ -249,7 +250,7 @@ def test_the_canary_names_a_hole(
     """A sandbox that shows the whole machine is not taken for a strong one."""
     assert canary.main(["strong"]) == 0
     assert capsys.readouterr().out.splitlines()[-1] == Texts("fr").say("isolation.proved")
-    shared = (*bubble._system(), "--bind", tempfile.gettempdir(), tempfile.gettempdir())
+    shared = (*bubblewrap._system(), "--bind", tempfile.gettempdir(), tempfile.gettempdir())
     monkeypatch.setattr("grader.sandbox.bubblewrap._system", lambda: shared)
     assert canary.main(["strong"]) == 1
     said = capsys.readouterr().out

@@ -118,8 +118,8 @@ def test_doctor_cures_by_package_tool(
     script(tmp_path / tool, "exit 0")
     monkeypatch.setenv("PATH", str(tmp_path))
     monkeypatch.setenv("MRT_LANG", "en")
-    bubblewrap = doctor.cure(doctor.Finding("bubblewrap", "", ""))
-    assert doctor.cure(doctor.Finding("libpng", "", "")) == cure
+    bubblewrap = doctor.cure(doctor.Symptom("bubblewrap", "", ""))
+    assert doctor.cure(doctor.Symptom("libpng", "", "")) == cure
     assert (bubblewrap == "not available on this system") == (tool == "brew")
 
 

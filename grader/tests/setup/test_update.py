@@ -13,9 +13,7 @@ from pathlib import Path
 import pytest
 
 from grader.intake import originals
-from grader.setup import release_record as handout
-from grader.setup import transaction as replace
-from grader.setup import update
+from grader.setup import release_record, transaction, update
 from grader.setup.release_record import RECORD, TOP, HandoutError, Release, digest
 from grader.setup.transaction import replace as make
 from grader.tests.support.shell import ROOT, run
@@ -255,7 +253,7 @@ def test_a_bomb_is_not_unpacked(folder: Path, tmp_path: Path) -> None:
     path = tmp_path / "bombe.zip"
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as out:
         for number in range(3):
-            out.writestr(f"{TOP}/{number}", bytes(handout.MAX_BYTES // 2))
+            out.writestr(f"{TOP}/{number}", bytes(release_record.MAX_BYTES // 2))
     with pytest.raises(HandoutError, match="trop de fichiers"):
         update.prepare(path, folder)
 
@@ -358,8 +356,8 @@ def test_killed_at_any_rename_it_can_be_run_again(
     plan = update.prepare(newer, folder)
     with monkeypatch.context() as patch:
         patch.setattr(Path, "replace", killed)
-        patch.setattr(replace, "_put_back", lambda *_: None)
-        patch.setattr(replace, "_discard", lambda *_: None)
+        patch.setattr(transaction, "_put_back", lambda *_: None)
+        patch.setattr(transaction, "_discard", lambda *_: None)
         patch.setattr(shutil, "rmtree", lambda *_, **__: None)
         with pytest.raises(KilledError):
             make(plan, folder)
@@ -391,7 +389,7 @@ def test_an_unfinished_undoing_is_told(
 
     plan = update.prepare(newer, folder)
     monkeypatch.setattr(Path, "replace", held)
-    monkeypatch.setattr(replace, "_put_back", dead)
+    monkeypatch.setattr(transaction, "_put_back", dead)
     with pytest.raises(HandoutError, match=r"arrêtée en chemin : grader/setup/update\.py "):
         make(plan, folder)
     assert backup(folder).is_dir()

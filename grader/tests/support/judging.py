@@ -5,20 +5,21 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from pathlib import Path
 
-from grader.course import exercises as manifest
+from grader.course import exercises
 from grader.course.sizes import sizes_for
 from grader.course.texts import Texts
-from grader.evaluation.grading import conclude
+from grader.evaluation.grading import grade
 from grader.evaluation.plugin import run_checks
-from grader.execution.libraries import Workshop
-from grader.records import CheckResult, Submission
+from grader.evaluation.records import CheckResult
+from grader.execution.libraries import Libraries
+from grader.intake.records import Submission
 
-REFERENCE = manifest.ROOT / "reference"
+REFERENCE = exercises.ROOT / "reference"
 
 
 def solution() -> dict[str, str]:
     """Return the reference's files by their names."""
-    names = manifest.load().student
+    names = exercises.load().student
     return {name: (REFERENCE / name).read_text(encoding="utf-8") for name in names}
 
 
@@ -33,13 +34,13 @@ def judge(
 
     Words are parted by " or ".
     """
-    rules = manifest.load()
+    rules = exercises.load()
     if chosen is None:
         words = keyword.split(" or ")
         chosen = [name for name in rules.checks() if any(word in name for word in words)]
     content = {name: text.encode() for name, text in files.items()}
     submission = Submission("rendu", content, missing=())
-    with Workshop(submission, sizes_for(tp), cache) as workshop:
-        findings = run_checks(workshop, rules, tp, chosen)
-        checks, _ = conclude(findings, rules, Texts("en"), rejected=workshop.rejected)
+    with Libraries(submission, sizes_for(tp), cache) as libraries:
+        findings = run_checks(libraries, rules, tp, chosen)
+        checks, _ = grade(findings, rules, Texts("en"), rejected=libraries.rejected)
     return {each.id: each for each in checks}

@@ -8,24 +8,15 @@ from typing import Any
 
 from PIL import Image
 
+from grader.build.records import BuildResult, BuildStatus, Target
+from grader.checking.records import Evidence, Pinned
 from grader.course import exercises as manifest
+from grader.course.message import Message
 from grader.course.texts import Texts
-from grader.evaluation.grading import conclude
-from grader.records import (
-    BuildResult,
-    BuildStatus,
-    Evidence,
-    Finding,
-    Outcome,
-    Pinned,
-    Refusal,
-    Report,
-    Source,
-    Submission,
-    Target,
-    Verdict,
-)
-from grader.report import results as report
+from grader.evaluation.grading import grade
+from grader.evaluation.records import Finding, Outcome, Report
+from grader.intake.records import Refusal, Source, Submission
+from grader.report import results
 
 RULES = manifest.load()
 # What a submission may try: to be obeyed by a terminal or a browser, or to be read backwards.
@@ -59,7 +50,7 @@ def every_outcome(language: str = "fr", folder: Path | None = None) -> dict[str,
     names = [check.id for exercise in RULES.exercises for check in exercise.checks]
     findings = [
         Finding(
-            *(name, "title", outcome, Verdict("death.SIGSEGV", {"call": HOSTILE}), "main.c:3"),
+            *(name, "title", outcome, Message("death.SIGSEGV", {"call": HOSTILE}), "main.c:3"),
             output=HOSTILE,
             evidence=Evidence(
                 reproducer=PROGRAM,
@@ -69,9 +60,9 @@ def every_outcome(language: str = "fr", folder: Path | None = None) -> dict[str,
         )
         for name, outcome in zip(names, Outcome, strict=False)
     ]
-    checks, exercises = conclude(findings, RULES, texts)
+    checks, exercises = grade(findings, RULES, texts)
     if folder:
-        report.write_images(folder, checks)
+        results.write_images(folder, checks)
     made = Report(
         submission=Submission(
             name="rendu",
@@ -91,4 +82,4 @@ def every_outcome(language: str = "fr", folder: Path | None = None) -> dict[str,
         opened=(1, 2),
         isolation="strong",
     )
-    return report.as_json(made, texts)
+    return results.as_json(made, texts)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from grader.authoring.skeleton.skeleton import Region, find_regions, stub_lines
+from grader.authoring.skeleton.skeleton import MarkedRegion, find_regions, stub_lines
 from grader.course.exercises import Manifest
 
 REFERENCE = Path(__file__).resolve().parents[3] / "reference"
@@ -35,7 +35,11 @@ def _without(path: Path, exercise: str, rules: Manifest) -> str:
 
 
 def _is_dropped(
-    region: Region, exercise: str, regions: list[Region], lines: list[str], rules: Manifest
+    region: MarkedRegion,
+    exercise: str,
+    regions: list[MarkedRegion],
+    lines: list[str],
+    rules: Manifest,
 ) -> bool:
     if not region.indent:
         return False

@@ -24,7 +24,7 @@ from grader.authoring.expected.pictures.sources import (
 from grader.authoring.expected.pictures.wrongs import TABLE
 from grader.authoring.specimens import mistakes
 from grader.checking.expected_data import FOLDER
-from grader.checking.pictures import expected_files as stored
+from grader.checking.pictures import expected_files
 from grader.checking.pictures.plan import JUDGED
 
 
@@ -33,7 +33,7 @@ def set_limits() -> int:
     table = worst(measured(right_programs(), JUDGED))
     Path(calibration.TABLE).write_text(json.dumps(table, indent=1) + "\n", encoding="utf-8")
     calibration.forget()
-    write_limits(FOLDER / stored.FOLDER)
+    write_limits(FOLDER / expected_files.FOLDER)
     too_near = []
     for picture in JUDGED:
         for name, row in calibration.limits(picture).items():

@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from grader.checking.pictures.plan import PATTERNED, Picture
+from grader.checking.pictures.plan import PATTERNED, ExpectedPicture
 
 TABLE = Path(__file__).with_name("calibration.json")
 PATTERN_FACTOR = 2.5  # many edges, which readings draw differently
@@ -18,12 +18,12 @@ ROOM = 2.5
 # Accepted in the place of other stages only: among hundreds of spheres that overlap, roundings grow
 # from bounce to bounce until right programs share few pixels. Measured by tile: 0.28 with another
 # sphere test, 0.39 with an offset along the normal.
-CHAOTIC = (Picture(3, "fresnel"),)
+CHAOTIC = (ExpectedPicture(3, "fresnel"),)
 CHAOTIC_TILE = 0.8
 HIGHEST = 3.0  # times the least limit: beyond, mistakes would pass
 
 
-def defaults(picture: Picture) -> dict[str, float]:
+def defaults(picture: ExpectedPicture) -> dict[str, float]:
     """Return the least limit of each measure."""
     if picture.stage == "glass":
         return {"share": 0.02, "tile": 0.08}
@@ -36,7 +36,7 @@ def defaults(picture: Picture) -> dict[str, float]:
     return {name: value * factor for name, value in least.items()}
 
 
-def limits(picture: Picture) -> dict[str, dict[str, Any]]:
+def limits(picture: ExpectedPicture) -> dict[str, dict[str, Any]]:
     """Return each limit, the worst that a right program reached, their ratio, and the reason."""
     reached = _table().get(picture.name, {})
     found = {}

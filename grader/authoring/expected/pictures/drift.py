@@ -16,9 +16,9 @@ from grader.authoring.expected.pictures.make import make, maps
 from grader.authoring.expected.pictures.readings import REFERENCE
 from grader.authoring.expected.pictures.texels import texels
 from grader.checking.expected_data import FOLDER, read_manifest
-from grader.checking.pictures import expected_files as stored
+from grader.checking.pictures import expected_files
 from grader.checking.pictures.measure import measure, outside
-from grader.checking.pictures.plan import SCENES, Picture, everything
+from grader.checking.pictures.plan import SCENES, ExpectedPicture, everything
 
 MOVED = 0.002  # share of pixels whose object may differ: rounding at edges
 LIGHT = 1e-3  # by which what a light adds may differ, colours from 0 to 1
@@ -30,9 +30,11 @@ def store(folder: Path) -> None:
     They do not depend on a seed.
     """
     if folder.resolve() == FOLDER:
-        make(folder / stored.FOLDER)
+        make(folder / expected_files.FOLDER)
     else:
-        shutil.copytree(FOLDER / stored.FOLDER, folder / stored.FOLDER, dirs_exist_ok=True)
+        shutil.copytree(
+            FOLDER / expected_files.FOLDER, folder / expected_files.FOLDER, dirs_exist_ok=True
+        )
 
 
 def check(folder: Path) -> int:
@@ -40,9 +42,9 @@ def check(folder: Path) -> int:
 
     Another compiler may round otherwise: they must stay within half of the limits.
     """
-    manifest = read_manifest(folder / stored.FOLDER)
+    manifest = read_manifest(folder / expected_files.FOLDER)
     files = {*manifest["files"], "manifest.json"}
-    there = {path.name for path in (folder / stored.FOLDER).iterdir()}
+    there = {path.name for path in (folder / expected_files.FOLDER).iterdir()}
     drifted = [f"{name}: missing, or not in the manifest" for name in sorted(files ^ there)]
     if manifest.get("mistakes") != lineup.fingerprint():
         drifted.append("what known mistakes draw")
@@ -51,12 +53,15 @@ def check(folder: Path) -> int:
         drifted += [line for each in pool.map(lambda pair: _picture(*pair), pairs) for line in each]
     drifted += [line for scene in SCENES for line in _maps(folder, scene)]
     for line in drifted:
-        print(f"{folder / stored.FOLDER}: {line} has drifted from the reference; run make expected")
+        print(
+            f"{folder / expected_files.FOLDER}: {line} has drifted from the reference;"
+            " run make expected"
+        )
     return 1 if drifted else 0
 
 
-def _picture(folder: Path, picture: Picture) -> Sequence[str]:
-    expected = stored.read(folder, picture)
+def _picture(folder: Path, picture: ExpectedPicture) -> Sequence[str]:
+    expected = expected_files.read(folder, picture)
     drawn = REFERENCE.draw(picture, texels(), seed=1 if picture.stage == "glass" else 0)
     found = measure(drawn, expected.envelope, outside(drawn, expected.envelope))
     set_now = {name: row["limit"] for name, row in limits(picture).items()}
@@ -66,11 +71,11 @@ def _picture(folder: Path, picture: Picture) -> Sequence[str]:
 
 
 def _maps(folder: Path, scene: int) -> Sequence[str]:
-    arrays = stored.read_arrays(folder, f"scene{scene}.maps.npz")
+    arrays = expected_files.read_arrays(folder, f"scene{scene}.maps.npz")
     moved = np.mean(arrays["object"] != maps(scene)["object"])
     lines = [f"scene{scene}.maps.npz"] if moved > MOVED else []
-    kept = stored.read_arrays(folder, f"scene{scene}.light.npz")
-    plain = np.clip(maps(scene)["lit"][:, :, 0], 0, stored.BRIGHTEST)
-    away = np.abs(stored.colors(kept["plain"]) - np.moveaxis(plain, (0, 1), (-2, -1)))
+    kept = expected_files.read_arrays(folder, f"scene{scene}.light.npz")
+    plain = np.clip(maps(scene)["lit"][:, :, 0], 0, expected_files.BRIGHTEST)
+    away = np.abs(expected_files.colors(kept["plain"]) - np.moveaxis(plain, (0, 1), (-2, -1)))
     dimmed = np.mean((away > LIGHT).any(axis=(0, 1)))
     return [*lines, *([f"scene{scene}.light.npz"] if dimmed > MOVED else [])]

@@ -15,11 +15,11 @@ from grader.authoring.expected.pictures.program import RenderError
 from grader.authoring.expected.pictures.sources import by_mistake
 from grader.authoring.specimens import mistakes
 from grader.authoring.specimens.mistakes import Mistake
-from grader.checking.pictures import expected_files as stored
+from grader.checking.pictures import expected_files
 from grader.checking.pictures.candidates import encode, name_of
 from grader.checking.pictures.expected_files import Expected
 from grader.checking.pictures.measure import measure, outside
-from grader.checking.pictures.plan import Picture, everything
+from grader.checking.pictures.plan import ExpectedPicture, everything
 from grader.checking.shapes import Image
 
 # The stages in which the mistakes of a TP show first; those of bonus shapes in their own scenes.
@@ -32,16 +32,16 @@ STAGES: Mapping[int, tuple[str, ...]] = {
 SHAPES: Mapping[str, int] = {"TP2.B1": 2, "TP2.B2": 5}  # exercise, and its scene
 
 
-def shows_first(mistake: Mistake, picture: Picture) -> bool:
+def shows_first(mistake: Mistake, picture: ExpectedPicture) -> bool:
     """Say whether a mistake is kept with a picture, if it shows there."""
     if picture.stage in STAGES.get(mistake.tp, ()):
         return True
     return picture.stage == "shadows" and SHAPES.get(mistake.exercise) == picture.scene
 
 
-def files(folder: Path, picture: Picture) -> tuple[dict[str, bytes], Mapping[str, Any]]:
+def files(folder: Path, picture: ExpectedPicture) -> tuple[dict[str, bytes], Mapping[str, Any]]:
     """Return the file of the mistakes that show in a picture of a folder of expected data."""
-    expected = stored.read(folder, picture)
+    expected = expected_files.read(folder, picture)
     drawn = {}
     for mistake in mistakes.load():
         if shows_first(mistake, picture):
@@ -51,7 +51,7 @@ def files(folder: Path, picture: Picture) -> tuple[dict[str, bytes], Mapping[str
                     drawn[mistake.id] = got
     if not drawn:
         return {}, {}
-    right = stored.read_png(folder, picture)
+    right = expected_files.read_png(folder, picture)
     return {name_of(picture.name): encode(drawn, right, expected.envelope)}, {}
 
 

@@ -25,10 +25,17 @@ from grader.authoring.expected.pictures.texels import texels
 from grader.build import toolchain
 from grader.checking.expected_data import Array, read_manifest
 from grader.checking.npz import archived
-from grader.checking.pictures import expected_files as stored
+from grader.checking.pictures import expected_files
 from grader.checking.pictures.expected_files import BRIGHTEST, UNITS, distances_packed, packed
 from grader.checking.pictures.measure import tile_means
-from grader.checking.pictures.plan import COURSE, JUDGED, SCENES, STAGES, Picture, everything
+from grader.checking.pictures.plan import (
+    COURSE,
+    JUDGED,
+    SCENES,
+    STAGES,
+    ExpectedPicture,
+    everything,
+)
 from grader.checking.shapes import Image, Mask
 from grader.checking.student import PICTURE_SIZE
 from grader.files import write_whole
@@ -41,7 +48,7 @@ NORMAL_UNITS = 32767
 def make(folder: Path) -> None:
     """Write the folder of expected pictures: whole, or not at all."""
     with tempfile.TemporaryDirectory(dir=folder.parent) as name:
-        part = Path(name) / stored.FOLDER
+        part = Path(name) / expected_files.FOLDER
         part.mkdir()
         with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
             made = [*pool.map(picture_files, everything()), *pool.map(scene_files, SCENES)]
@@ -90,7 +97,7 @@ def maps(scene: int) -> Array:
     return program(REFERENCE).maps(scene, texels())
 
 
-def picture_files(picture: Picture) -> tuple[dict[str, bytes], Mapping[str, Any]]:
+def picture_files(picture: ExpectedPicture) -> tuple[dict[str, bytes], Mapping[str, Any]]:
     """Return the files of a picture by name, and what the manifest says of each."""
     accepted = readings(picture)
     if picture.stage == "glass":
@@ -154,7 +161,7 @@ def _in_units(colors: Array) -> Array:
     return np.ascontiguousarray(np.moveaxis(units, (0, 1), (-2, -1)))
 
 
-def calm(picture: Picture) -> Mask:
+def calm(picture: ExpectedPicture) -> Mask:
     """Return the pixels whose ray takes the same path as those of their eight neighbours."""
     on = STAGES[picture.stage]
     column = 0
@@ -170,7 +177,7 @@ def calm(picture: Picture) -> Mask:
     return same
 
 
-def band(picture: Picture, smooth: Image) -> dict[str, Array]:
+def band(picture: ExpectedPicture, smooth: Image) -> dict[str, Array]:
     """Return where samples matter, and the colours there with and without them."""
     plain = replace(REFERENCE, settings={"samples": 1}).draw(picture, texels())
     both = [np.clip(each, 0, 1).reshape(-1, 3) for each in (smooth, plain)]

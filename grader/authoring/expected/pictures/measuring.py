@@ -16,13 +16,13 @@ from typing import Any
 import numpy as np
 
 from grader.authoring.expected.pictures.program import CACHE, RenderError
-from grader.authoring.expected.pictures.sources import Source
+from grader.authoring.expected.pictures.sources import PictureSource
 from grader.checking.expected_data import FOLDER, read_manifest
-from grader.checking.pictures import expected_files as stored
+from grader.checking.pictures import expected_files
 from grader.checking.pictures import measure as rule
 from grader.checking.pictures.judgement import judge
 from grader.checking.pictures.measure import Measures, measure, outside
-from grader.checking.pictures.plan import Picture
+from grader.checking.pictures.plan import ExpectedPicture
 from grader.checking.shapes import Image
 
 MEMORY = CACHE.with_name("measures.jsonl")
@@ -35,7 +35,7 @@ class Reached:
     """What a source's picture measures."""
 
     source: str
-    picture: Picture
+    picture: ExpectedPicture
     measures: Measures
     exceeds: float  # the largest measure, over its limit
 
@@ -65,7 +65,9 @@ def _memory() -> _Memory:
     return _Memory(MEMORY)
 
 
-def measured(sources: Sequence[Source], pictures: Sequence[Picture]) -> list[Reached]:
+def measured(
+    sources: Sequence[PictureSource], pictures: Sequence[ExpectedPicture]
+) -> list[Reached]:
     """Measure every picture of every source, in the reading asked for.
 
     What cannot be drawn is left out, with a line; so is what is right in another reading, which
@@ -76,20 +78,20 @@ def measured(sources: Sequence[Source], pictures: Sequence[Picture]) -> list[Rea
         return [each for each in pool.map(lambda pair: _measured(*pair), pairs) if each]
 
 
-def _measured(source: Source, picture: Picture) -> Reached | None:
+def _measured(source: PictureSource, picture: ExpectedPicture) -> Reached | None:
     if picture.stage == "glass" and source.id in OPAQUE:
         return None
     found = _measures(source, picture)
     if isinstance(found, str):
         print(f"left out: {source.id}, {picture.name}: {found}")
         return None
-    exceeds = found.exceeds(stored.read(FOLDER, picture).limits)
+    exceeds = found.exceeds(expected_files.read(FOLDER, picture).limits)
     if 1 < exceeds < np.inf and judge(FOLDER, picture, source.draw(picture)).remark:
         return None
     return Reached(source.id, picture, found, exceeds)
 
 
-def _measures(source: Source, picture: Picture) -> Measures | str:
+def _measures(source: PictureSource, picture: ExpectedPicture) -> Measures | str:
     """Measure a picture, or find what was measured; a line when it cannot be drawn."""
     key = f"{source.program.id} {source.order(picture).line()} {_digest(picture)}"
     known = _memory().get(key)
@@ -99,7 +101,7 @@ def _measures(source: Source, picture: Picture) -> Measures | str:
     return known[0] if isinstance(known[0], str) else Measures(*known)
 
 
-def _drawn_and_measured(source: Source, picture: Picture) -> list[float] | list[str]:
+def _drawn_and_measured(source: PictureSource, picture: ExpectedPicture) -> list[float] | list[str]:
     try:
         drawn = source.draw(picture)
     except RenderError as error:
@@ -108,21 +110,21 @@ def _drawn_and_measured(source: Source, picture: Picture) -> list[float] | list[
     return [found.share, found.tile, found.edges]
 
 
-def measures(drawn: Image, picture: Picture) -> Measures:
+def measures(drawn: Image, picture: ExpectedPicture) -> Measures:
     """Measure what was drawn; one that has something else than numbers is infinitely far."""
     if not np.isfinite(drawn).all():
         return Measures(np.inf, np.inf)
-    envelope = stored.read(FOLDER, picture).envelope
+    envelope = expected_files.read(FOLDER, picture).envelope
     return measure(drawn, envelope, outside(drawn, envelope))
 
 
-def _digest(picture: Picture) -> str:
+def _digest(picture: ExpectedPicture) -> str:
     return f"{_files()[f'{picture.name}.npz']['sha256'][:16]} {_rule()}"
 
 
 @cache
 def _files() -> Mapping[str, Any]:
-    return dict(read_manifest(FOLDER / stored.FOLDER)["files"])
+    return dict(read_manifest(FOLDER / expected_files.FOLDER)["files"])
 
 
 @cache

@@ -20,9 +20,9 @@ from grader.build import toolchain
 from grader.checking.expected_data import Array
 from grader.checking.shapes import Image
 from grader.checking.student import PICTURE_SIZE
-from grader.course import exercises as manifest
+from grader.course import exercises
 
-CACHE = manifest.ROOT / "build" / "cache" / "render"
+CACHE = exercises.ROOT / "build" / "cache" / "render"
 RENDERER = Path(__file__).with_name("render.c")
 SECONDS = 600  # of the wall clock: a back-stop, also on a busy machine
 EPSILON = 1e-4  # of globals.h
@@ -74,7 +74,7 @@ class Order:
         return " ".join(str(each) for each in (int(maps), self.scene, *switches, *rest))
 
 
-class Program:
+class RenderProgram:
     """A program of the student's files with our given ones, built when it first draws.
 
     What draws raises RenderError.
@@ -87,8 +87,8 @@ class Program:
         compiler: str = "",
         double: bool = False,
     ) -> None:
-        given = manifest.load().given
-        sources = {name: (manifest.CORE / name).read_text(encoding="utf-8") for name in given}
+        given = exercises.load().given
+        sources = {name: (exercises.CORE / name).read_text(encoding="utf-8") for name in given}
         sources |= files
         if double:
             sources = {name: as_double(text) for name, text in sources.items()}

@@ -10,15 +10,15 @@ from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import Any
 
-from grader.authoring.expected.pictures.program import Order, Program
+from grader.authoring.expected.pictures.program import Order, RenderProgram
 from grader.authoring.specimens import patches
 from grader.authoring.specimens.variants import FOLDER as VARIANTS
 from grader.checking.expected_data import Array
-from grader.checking.pictures.plan import STAGES, Picture
+from grader.checking.pictures.plan import STAGES, ExpectedPicture
 from grader.checking.shapes import Image
-from grader.course import exercises as manifest
+from grader.course import exercises
 
-FOLDER = manifest.ROOT / "reference" / "readings"
+FOLDER = exercises.ROOT / "reference" / "readings"
 COARSE, FINE = 1e-3, 1e-5  # epsilons that students choose; scene units
 
 
@@ -36,7 +36,7 @@ class Reading:
     settings: Mapping[str, Any] = field(default_factory=dict)
     compiler: str = ""
 
-    def draw(self, picture: Picture, texels: Array, seed: int = 0) -> Image:
+    def draw(self, picture: ExpectedPicture, texels: Array, seed: int = 0) -> Image:
         """Draw a picture so."""
         order = Order(picture.scene, {**picture.options, **self.settings}, seed)
         ours = ("plain_lobe",) if picture.stage.endswith("plain_lobe") else ()
@@ -85,7 +85,7 @@ _LOBE_SAMPLES = tuple(
 )
 
 
-def readings(picture: Picture) -> Sequence[Reading]:
+def readings(picture: ExpectedPicture) -> Sequence[Reading]:
     """Return the accepted readings that may show in a picture; the reference's own is first."""
     on = STAGES[picture.stage]
     found = list(_ALWAYS)
@@ -103,7 +103,7 @@ def readings(picture: Picture) -> Sequence[Reading]:
     return found
 
 
-def program(reading: Reading) -> Program:
+def program(reading: Reading) -> RenderProgram:
     """Return the program of a reading."""
     return _program(reading.patches, reading.flags, reading.double, reading.compiler)
 
@@ -111,9 +111,9 @@ def program(reading: Reading) -> Program:
 @cache
 def _program(
     names: tuple[str, ...], flags: tuple[str, ...], double: bool, compiler: str
-) -> Program:
+) -> RenderProgram:
     files = patches.reference()
     for name in names:
         path = FOLDER / f"{name}.patch"
         files = patches.patched(path if path.is_file() else VARIANTS / path.name, files)
-    return Program(files, flags, compiler, double)
+    return RenderProgram(files, flags, compiler, double)

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from grader.authoring.expected.pictures.program import Order, Program
+from grader.authoring.expected.pictures.program import Order, RenderProgram
 from grader.authoring.expected.pictures.readings import CORNERS, REFERENCE, Reading, program
 from grader.authoring.expected.pictures.texels import texels
 from grader.authoring.specimens import patches, variants
 from grader.authoring.specimens.mistakes import Mistake
 from grader.authoring.specimens.patches import PatchError
-from grader.checking.pictures.plan import SAMPLES, Picture
+from grader.checking.pictures.plan import SAMPLES, ExpectedPicture
 from grader.checking.shapes import Image
 
 # How many mixtures of accepted choices limits are made from, and are tried with; and their seeds.
@@ -31,15 +31,15 @@ _FLAGS = ("-O0", "-O1", "-O2", "-O3", "-O3 -ffp-contract=fast -mfma")
 
 
 @dataclass(frozen=True)
-class Source:
+class PictureSource:
     """A program that draws, with settings in the place of the pictures' own."""
 
     id: str
-    program: Program
+    program: RenderProgram
     settings: Mapping[str, Any] = field(default_factory=dict)
     seed: int = 0  # of what is drawn by lot
 
-    def order(self, picture: Picture) -> Order:
+    def order(self, picture: ExpectedPicture) -> Order:
         """Return how a picture is asked for."""
         settings = dict(self.settings)
         if not picture.is_smooth:
@@ -47,13 +47,13 @@ class Source:
         seed = self.seed if picture.stage == "glass" else 0
         return Order(picture.scene, {**picture.options, **settings}, seed)
 
-    def draw(self, picture: Picture) -> Image:
+    def draw(self, picture: ExpectedPicture) -> Image:
         """Draw a picture. Raises RenderError."""
         (drawn,) = self.program.pictures([self.order(picture)], texels())
         return drawn
 
 
-def right_programs() -> list[Source]:
+def right_programs() -> list[PictureSource]:
     """Return what the limits are made from."""
     found = [_by_reading(each) for each in _other_builds()] + mixtures(*LEARNT)
     for each in variants.load():
@@ -75,13 +75,13 @@ def _other_builds() -> Iterator[Reading]:
     yield Reading("samples 5", settings={"samples": 5})
 
 
-def mixtures(count: int, seed: int) -> list[Source]:
+def mixtures(count: int, seed: int) -> list[PictureSource]:
     """Return right programs that mix accepted choices, drawn by lot."""
     lot = np.random.default_rng(seed)
     return [_mixture(lot, f"mixture {seed}.{k}") for k in range(count)]
 
 
-def _mixture(lot: np.random.Generator, name: str) -> Source:
+def _mixture(lot: np.random.Generator, name: str) -> PictureSource:
     """Draw a mixture: how it is written and built, sampling, epsilon, offset, lobe, rays' ends."""
     names = []
     flags = str(lot.choice(_FLAGS)).split()
@@ -108,23 +108,25 @@ def _mixture(lot: np.random.Generator, name: str) -> Source:
     return _by_reading(Reading(name, tuple(names), tuple(flags), double, settings, compiler))
 
 
-def _by_reading(reading: Reading) -> Source:
-    return Source(reading.id, program(reading), reading.settings, seed=1000 + len(reading.id))
+def _by_reading(reading: Reading) -> PictureSource:
+    return PictureSource(
+        reading.id, program(reading), reading.settings, seed=1000 + len(reading.id)
+    )
 
 
 def by_files(
     name: str, files: Mapping[str, str], flags: Sequence[str] = (), compiler: str = ""
-) -> Source:
+) -> PictureSource:
     """Return what draws with the student's files of a program."""
-    return Source(name, Program(files, flags, compiler))
+    return PictureSource(name, RenderProgram(files, flags, compiler))
 
 
-def by_mistake(mistake: Mistake) -> Source:
+def by_mistake(mistake: Mistake) -> PictureSource:
     """Return what draws with a known mistake."""
     return by_files(mistake.id, mistake.files())
 
 
-def by_change(name: str, before: str, after: str) -> Source:
+def by_change(name: str, before: str, after: str) -> PictureSource:
     """Return the reference with a change of its raytracer.c, where it stands once."""
     files = patches.reference()
     if files["raytracer.c"].count(before) != 1:

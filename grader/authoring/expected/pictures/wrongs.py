@@ -14,14 +14,19 @@ from typing import Any
 import numpy as np
 
 from grader.authoring.expected.pictures.make import maps
-from grader.authoring.expected.pictures.sources import Source, by_change, by_files, by_mistake
+from grader.authoring.expected.pictures.sources import (
+    PictureSource,
+    by_change,
+    by_files,
+    by_mistake,
+)
 from grader.authoring.specimens import mistakes
 from grader.authoring.specimens.patches import reference
 from grader.checking.expected_data import FOLDER
 from grader.checking.pictures.judgement import Judgement, judge
-from grader.checking.pictures.plan import Picture
+from grader.checking.pictures.plan import ExpectedPicture
 from grader.checking.shapes import Image
-from grader.records import Verdict
+from grader.course.message import Message
 
 Change = Callable[[Image], Image]
 
@@ -58,7 +63,7 @@ _OBJECT, _SKY = 3, np.array([0.2, 0.2, 0.6], np.float32)
 
 
 @dataclass(frozen=True)
-class Wrong:
+class WrongProgram:
     """A wrong picture, and what must be said of it."""
 
     id: str
@@ -69,9 +74,9 @@ class Wrong:
     worth: tuple[float, float] = (0.0, 0.9)  # what it may earn, as a share of the points
 
     @property
-    def picture(self) -> Picture:
+    def picture(self) -> ExpectedPicture:
         """What it is meant to be."""
-        return Picture(self.scene, self.stage)
+        return ExpectedPicture(self.scene, self.stage)
 
     def drawn(self) -> Image:
         """Draw it."""
@@ -99,17 +104,17 @@ def things(found: Judgement) -> list[str]:
     return ["", *_things(found.complaint)] if found.complaint else [""]
 
 
-def _things(verdict: Verdict) -> Iterator[str]:
+def _things(verdict: Message) -> Iterator[str]:
     start, _, name = verdict.key.partition(".")
     if start in ("thing", "part"):
         yield name.partition(".")[0]
     for value in verdict.values.values():
-        if isinstance(value, Verdict):
+        if isinstance(value, Message):
             yield from _things(value)
 
 
 @cache
-def _source(name: str) -> Source:
+def _source(name: str) -> PictureSource:
     if change := _CHANGES.get(name):
         return by_change(name, *change)
     for mistake in mistakes.load():
@@ -149,15 +154,15 @@ def _put(image: Image, where: Any, color: Any) -> Image:
 _NOTHING = (0.0, 0.0)
 TABLE = (
     *(
-        Wrong(name, scene, stage, key, worth=_NOTHING)
+        WrongProgram(name, scene, stage, key, worth=_NOTHING)
         for scene, stage in ((0, "flat"), (4, "shadows"), (0, "smooth"))
         for name, key in (("all black", "black"), ("all grey", "one_color"))
     ),
-    Wrong("all sky", 0, "flat", "one_color", worth=_NOTHING),
-    Wrong("all NaN", 0, "flat", "not_finite", worth=_NOTHING),
-    Wrong("one NaN", 4, "fresnel", "not_finite", worth=_NOTHING),
+    WrongProgram("all sky", 0, "flat", "one_color", worth=_NOTHING),
+    WrongProgram("all NaN", 0, "flat", "not_finite", worth=_NOTHING),
+    WrongProgram("one NaN", 4, "fresnel", "not_finite", worth=_NOTHING),
     *(
-        Wrong(name, scene, stage, key, worth=(0.0, 0.6))
+        WrongProgram(name, scene, stage, key, worth=(0.0, 0.6))
         for scene, stage in ((0, "flat"), (4, "shadows"), (1, "fresnel"))
         for name, key in (
             ("upside down", "upside_down"),
@@ -167,37 +172,40 @@ TABLE = (
             ("channels turned", "channels_turned"),
         )
     ),
-    Wrong("too bright", 4, "blinn_phong", "all_bright"),
-    Wrong("too dark", 0, "shadows", "all_dark"),
-    Wrong("gamma", 4, "shadows", "gamma_applied"),
-    Wrong("one pixel off", 0, "flat", "shifted_right"),
-    Wrong("recoloured", 0, "flat", "recolored", "sphere_blue", (0.6, 0.9)),
-    Wrong("wrong sky", 0, "flat", "sky", "sky", (0.5, 0.9)),
-    Wrong("red sphere missing", 0, "flat", "missing", "sphere_red", (0.6, 0.9)),
-    Wrong("red sphere missing", 0, "shadows", "missing", "sphere_red", (0.2, 0.9)),
-    Wrong("red sphere missing", 4, "flat", "missing", "sphere_red", (0.6, 0.9)),
-    Wrong("cylinder missing", 2, "flat", "missing", "cylinder_up", (0.6, 0.9)),
-    Wrong("light moved by a tenth", 4, "blinn_phong", "light_moved", worth=(0.0, 0.6)),
-    Wrong("light moved by a tenth", 4, "shadows", "light_moved", worth=(0.0, 0.6)),
-    Wrong("acne", 0, "shadows", "acne", "floor"),
-    Wrong("acne", 4, "shadows", "acne"),
-    *(Wrong("no shadow", scene, "shadows", "without", worth=_NOTHING) for scene in (0, 4)),
-    *(Wrong("no reflection", scene, "mirror", "without", worth=_NOTHING) for scene in (0, 4)),
-    *(Wrong("no Fresnel", scene, "fresnel", "without", worth=_NOTHING) for scene in (0, 4)),
-    *(Wrong("no samples", scene, "smooth", "without", worth=_NOTHING) for scene in (0, 4)),
-    Wrong("red shadow missing", 0, "shadows", "shadow_missing", "sphere_red", (0.3, 0.9)),
-    Wrong("depth 1", 4, "mirror", "bounces"),
-    Wrong("depth 1", 1, "fresnel", "bounces"),
-    Wrong("shininess doubled", 0, "blinn_phong", "part_dark", "highlight"),
-    Wrong("ambient light", 0, "shadows", "unlit_bright"),
-    Wrong("shadow_acne", 0, "shadows", "all_shadow"),
-    Wrong("shadow_beyond_light", 4, "shadows", "shadow_extra"),
-    Wrong("shade_pi_forgotten", 0, "blinn_phong", "all_bright"),
-    Wrong("shade_h_halved", 0, "blinn_phong", "part_dark", "highlight"),
-    Wrong("mirror_single_bounce", 1, "mirror", "bounces"),
-    Wrong("mirror_without_k", 0, "mirror", "mirror_bright"),
-    Wrong("camera_fov_ignored", 0, "flat", "placed"),
-    Wrong("samples_all_at_centre", 4, "smooth", "without"),
-    Wrong("samples_outside_pixel", 0, "smooth", "jagged"),
-    Wrong("samples_neighbours_blurred", 4, "smooth", "jagged"),
+    WrongProgram("too bright", 4, "blinn_phong", "all_bright"),
+    WrongProgram("too dark", 0, "shadows", "all_dark"),
+    WrongProgram("gamma", 4, "shadows", "gamma_applied"),
+    WrongProgram("one pixel off", 0, "flat", "shifted_right"),
+    WrongProgram("recoloured", 0, "flat", "recolored", "sphere_blue", (0.6, 0.9)),
+    WrongProgram("wrong sky", 0, "flat", "sky", "sky", (0.5, 0.9)),
+    WrongProgram("red sphere missing", 0, "flat", "missing", "sphere_red", (0.6, 0.9)),
+    WrongProgram("red sphere missing", 0, "shadows", "missing", "sphere_red", (0.2, 0.9)),
+    WrongProgram("red sphere missing", 4, "flat", "missing", "sphere_red", (0.6, 0.9)),
+    WrongProgram("cylinder missing", 2, "flat", "missing", "cylinder_up", (0.6, 0.9)),
+    WrongProgram("light moved by a tenth", 4, "blinn_phong", "light_moved", worth=(0.0, 0.6)),
+    WrongProgram("light moved by a tenth", 4, "shadows", "light_moved", worth=(0.0, 0.6)),
+    WrongProgram("acne", 0, "shadows", "acne", "floor"),
+    WrongProgram("acne", 4, "shadows", "acne"),
+    *(WrongProgram("no shadow", scene, "shadows", "without", worth=_NOTHING) for scene in (0, 4)),
+    *(
+        WrongProgram("no reflection", scene, "mirror", "without", worth=_NOTHING)
+        for scene in (0, 4)
+    ),
+    *(WrongProgram("no Fresnel", scene, "fresnel", "without", worth=_NOTHING) for scene in (0, 4)),
+    *(WrongProgram("no samples", scene, "smooth", "without", worth=_NOTHING) for scene in (0, 4)),
+    WrongProgram("red shadow missing", 0, "shadows", "shadow_missing", "sphere_red", (0.3, 0.9)),
+    WrongProgram("depth 1", 4, "mirror", "bounces"),
+    WrongProgram("depth 1", 1, "fresnel", "bounces"),
+    WrongProgram("shininess doubled", 0, "blinn_phong", "part_dark", "highlight"),
+    WrongProgram("ambient light", 0, "shadows", "unlit_bright"),
+    WrongProgram("shadow_acne", 0, "shadows", "all_shadow"),
+    WrongProgram("shadow_beyond_light", 4, "shadows", "shadow_extra"),
+    WrongProgram("shade_pi_forgotten", 0, "blinn_phong", "all_bright"),
+    WrongProgram("shade_h_halved", 0, "blinn_phong", "part_dark", "highlight"),
+    WrongProgram("mirror_single_bounce", 1, "mirror", "bounces"),
+    WrongProgram("mirror_without_k", 0, "mirror", "mirror_bright"),
+    WrongProgram("camera_fov_ignored", 0, "flat", "placed"),
+    WrongProgram("samples_all_at_centre", 4, "smooth", "without"),
+    WrongProgram("samples_outside_pixel", 0, "smooth", "jagged"),
+    WrongProgram("samples_neighbours_blurred", 4, "smooth", "jagged"),
 )

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from grader.checking.expected_data import Array, Batch, prepare, run
-from grader.execution.session import Core, Session
+from grader.execution.session import Library, Session
 
 # What the glue can leave out, from the first pictures of TP2 to the last of TP5.
 STAGES: tuple[dict[str, bool], ...] = (
@@ -46,7 +46,7 @@ class Suite:
 class Maker:
     """Random numbers of one seed, and structs of the reference's types."""
 
-    def __init__(self, core: Core, session: Session, seed: int | np.random.Generator) -> None:
+    def __init__(self, core: Library, session: Session, seed: int | np.random.Generator) -> None:
         self.core, self.session = core, session
         self.rng = np.random.default_rng(seed)
 

@@ -17,10 +17,10 @@ from grader.authoring.skeleton import leaks
 from grader.authoring.skeleton.skeleton import SkeletonError
 from grader.authoring.workbook import notebooks
 from grader.authoring.workbook.notebooks import LANGUAGES, NOTEBOOKS, Cell, NotebookError
-from grader.course import exercises as manifest
+from grader.course import exercises
 from grader.course.exercises import CORE, ROOT
 
-RULES = manifest.load()
+RULES = exercises.load()
 TPS = sorted(RULES.tps)
 NAMES = sorted(path.stem for path in (NOTEBOOKS / "fr").glob("*.md"))
 MOST_LINES = 12  # of a cell of code

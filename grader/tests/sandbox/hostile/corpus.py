@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from grader.course.exercises import ROOT
+from grader.execution.records import Cause
 from grader.execution.worker_process import Limits
-from grader.records import Cause
 from grader.tests.support.student import STUDENT_MAIN, main_c
 
 HERE = Path(__file__).parent

@@ -24,13 +24,14 @@ import numpy as np
 import pytest
 
 from grader.build import builder
+from grader.build.records import BuildResult, Target
 from grader.course.exercises import ROOT
 from grader.execution.canary import prove
-from grader.execution.session import Core, open_core
+from grader.execution.records import Cause, Death
+from grader.execution.session import Library, open_core
 from grader.execution.worker_process import Died, Missing
 from grader.intake.submission import read_submission
-from grader.records import BuildResult, Cause, Death, Target
-from grader.sandbox import tools as confined
+from grader.sandbox import tools
 from grader.sandbox.levels import IsolationError, Level, using
 from grader.tests.sandbox.hostile import corpus
 from grader.tests.sandbox.hostile.corpus import MARK, SECRET_TEXT, Quick
@@ -124,7 +125,7 @@ def _runs(pid: str) -> bool:
 
 
 @pytest.fixture(scope="module")
-def opened(cache: Path, secret: Path, strong: None) -> Iterator[tuple[dict[str, Core], int]]:
+def opened(cache: Path, secret: Path, strong: None) -> Iterator[tuple[dict[str, Library], int]]:
     """Build all the programs that run, without and with the sanitizers; count the processes.
 
     They are the most that there may be when no program runs: the workers, with a session each that
@@ -142,18 +143,18 @@ def opened(cache: Path, secret: Path, strong: None) -> Iterator[tuple[dict[str, 
 
 
 @pytest.fixture(scope="module")
-def cores(opened: tuple[dict[str, Core], int]) -> dict[str, Core]:
+def cores(opened: tuple[dict[str, Library], int]) -> dict[str, Library]:
     """Return the builds by their names."""
     return opened[0]
 
 
 @pytest.fixture(scope="module")
-def quiet(opened: tuple[dict[str, Core], int]) -> int:
+def quiet(opened: tuple[dict[str, Library], int]) -> int:
     """Return how many processes there may be when no program runs."""
     return opened[1]
 
 
-def _run(core: Core, name: str) -> tuple[bool, Death | None, str]:
+def _run(core: Library, name: str) -> tuple[bool, Death | None, str]:
     """Run a program; return whether it could do what it tried, its end, and all that came back."""
     number = corpus.attacks().index(name)
     with core.session(Quick()) as session:
@@ -176,7 +177,7 @@ BOTH = [
 
 @pytest.mark.parametrize(("build", "name"), BOTH)
 def test_a_hostile_program_gets_nowhere(
-    cores: dict[str, Core], quiet: int, build: str, name: str
+    cores: dict[str, Library], quiet: int, build: str, name: str
 ) -> None:
     """It is refused, or ends as it must; nothing stolen comes back, and the worker goes on."""
     hostile = cores[build]
@@ -211,7 +212,7 @@ def test_a_hostile_program_gets_nowhere(
 )
 @pytest.mark.parametrize("build", ["plain", "sanitized"])
 def test_an_end_is_placed(
-    cores: dict[str, Core], build: str, name: str, function: str, file: str
+    cores: dict[str, Library], build: str, name: str, function: str, file: str
 ) -> None:
     """Where the code was is told by its function and its own line, with or without sanitizers."""
     _, death, _ = _run(cores[build], name)
@@ -247,8 +248,8 @@ def test_hostile_sources_steal_nothing_and_end(
     cache: Path, secret: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Each is rejected or harmless within its limits, and no byte of the machine comes back."""
-    monkeypatch.setattr(confined, "CPU_SECONDS", 1)
-    monkeypatch.setattr(confined, "MEMORY_BYTES", 512 << 20)
+    monkeypatch.setattr(tools, "CPU_SECONDS", 1)
+    monkeypatch.setattr(tools, "MEMORY_BYTES", 512 << 20)
     sources = dict(corpus.compilations(secret))
     assert len(sources) >= 25
 

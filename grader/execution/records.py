@@ -1,0 +1,37 @@
+"""How a process that ran student code ended."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+
+
+class Cause(str, Enum):
+    """How the process that ran the student's code ended before it had answered."""
+
+    SIGNAL = "signal"
+    EXIT = "exit"  # the code called exit, or closed the grader's channel
+    TIMEOUT = "timeout"
+    LOAD = "load"  # the library cannot be loaded: a global is missing
+    MEMORY = "memory"  # none was left to go on with
+    STRAY_WRITE = "stray_write"  # a write just before a table, seen after the call
+    KILLED = "killed"  # by SIGKILL, which nothing of ours sent: by itself, or from outside
+
+
+@dataclass(frozen=True)
+class Death:
+    """Why a process that ran student code is gone.
+
+    `word` is a signal's name (SIGSEGV) or the sanitizer's word (heap-buffer-overflow);
+    `case` is the number, in the batch, of the call that was running; `location` is "file:line"
+    or "".
+    """
+
+    cause: Cause
+    word: str = ""
+    code: int = 0
+    case: int = 0
+    location: str = ""
+    text: str = ""
+    function: str = ""  # in which it was, when that is known
+    seconds: float = field(default=0.0, compare=False)  # of CPU that it was allowed
