@@ -1,33 +1,40 @@
-"""The C files and AUTEURS.txt of a folder, a .zip or a .tar.gz, whatever else has been put there.
+"""What a folder, a .zip or a .tar.gz holds, and the content of the files that are asked for.
 
-Nothing is ever unpacked: entries are listed within bounds, and only C files of a sane size are
-read, into memory. What is unsafe is left out one entry at a time, with the reason.
+    listed = list(entries(path))                     # names, sizes, dates: no content
+    files = contents(path, [each.path for each in listed if ...])
+
+Nothing is ever unpacked: entries are listed within bounds, then only the files that are asked for
+are read, into memory. What is unsafe is left out one entry at a time, with the reason. Every name,
+date and number of an archive is somebody's claim, and is made sane before it goes any further.
 """
 
 from __future__ import annotations
 
 import gzip
-import io
+import math
 import os
 import stat
 import struct
 import tarfile
 import time
+import unicodedata
 import zipfile
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path, PurePosixPath
 
 from grader.course.message import UserError
+from grader.intake import tar_stream
 
 MAX_FILE_BYTES = 1_000_000
-MAX_ENTRIES = 10_000  # files looked at, C or not
+MAX_ENTRIES = 10_000  # files and folders looked at, C or not
 MAX_DEPTH = 12  # folders in folders
 MAX_ARCHIVE_BYTES = 100_000_000  # as it is sent
-MAX_UNPACKED_BYTES = 300_000_000  # walked through in a .tar.gz, which cannot be skipped over
 MAX_DIRECTORY_BYTES = 5_000_000  # the list of a .zip, read whole
+LATEST = 253_402_214_400.0  # the last day that a calendar of four digits can tell
 
 CODE = (".c", ".h")
 CXX_CODE = (".cpp", ".cc", ".cxx", ".hpp")
@@ -37,9 +44,17 @@ _IGNORED = ("__MACOSX", "__pycache__", "node_modules", "build")
 # What the libraries raise, in one version of Python or another, at bytes that make no sense.
 _DAMAGE = (
     *(zipfile.BadZipFile, tarfile.TarError, zlib.error, EOFError, ValueError, struct.error),
-    *(NotImplementedError, OverflowError),
+    *(NotImplementedError, OverflowError, IndexError, gzip.BadGzipFile),
 )
-_END, _END_BYTES, _LOCATOR = b"PK\5\6", 22, b"PK\6\7"
+ENDS = ("many", "unpacked", "header")  # problems behind which nothing more is looked at
+# The others need libraries that take as much memory as an archive claims to need.
+_METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+_UNPRINTABLE = ("Cc", "Cf", "Cs", "Zl", "Zp")  # categories of characters
+_END, _END_BYTES, _LOCATOR, _LOCATOR_BYTES = b"PK\5\6", 22, b"PK\6\7", 20
+
+# The content of a file, or the key of its problem; "" where there is none.
+Content = tuple[bytes, str]
+_Read = Callable[[], Content]
 
 
 class SubmissionError(UserError):
@@ -48,16 +63,109 @@ class SubmissionError(UserError):
 
 @dataclass(frozen=True)
 class Entry:
-    """A C file, AUTEURS.txt, or something unsafe; `problem` is a key of [refused], or ""."""
+    """A file to read or to tell of; `problem` is a key of [refused] in messages/, or ""."""
 
     path: PurePosixPath
     modified: float = 0.0  # seconds since the epoch
-    content: bytes = b""
+    size: int = 0  # as it is claimed: no more is ever read
     problem: str = ""
 
 
+# What is found: the entry, and how it is read; None for a folder.
+_Found = Iterator[tuple[Entry, _Read | None]]
+
+
 def entries(path: Path) -> Iterator[Entry]:
-    """List a folder or an archive. Raises SubmissionError, with the cure."""
+    """List C files, AUTEURS.txt and what is unsafe. Raises SubmissionError, with the cure."""
+    seen: set[PurePosixPath] = set()
+    for entry, read in _looked_at(path):
+        if entry.problem in ENDS:
+            yield entry
+        elif read is None or any(is_ignored(part) for part in entry.path.parts if part != ".."):
+            continue
+        elif entry.path in seen:
+            yield Entry(entry.path, problem="twice")
+        elif entry.problem or _is_listed(entry.path):
+            seen.add(entry.path)
+            yield replace(entry, problem=_problem(entry))
+
+
+def contents(path: Path, wanted: Collection[PurePosixPath]) -> dict[PurePosixPath, Content]:
+    """Read files by the paths that `entries` gave them. Raises SubmissionError."""
+    found: dict[PurePosixPath, Content] = {}
+    for entry, read in _looked_at(path):
+        if len(found) == len(wanted):
+            break
+        if read and entry.path in wanted and entry.path not in found:
+            problem = _problem(entry)
+            found[entry.path] = (b"", problem) if problem else _content(read)
+    return found
+
+
+def read_file(path: Path) -> Content:
+    """Read a regular file, never through a link; return its content, or the problem."""
+    try:
+        if problem := _kind(path.lstat().st_mode):
+            return b"", problem
+        # The file may have been replaced since: no link is followed, no pipe waited for.
+        handle = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
+        with os.fdopen(handle, "rb") as file:
+            content = file.read(MAX_FILE_BYTES + 1)
+        return (b"", "large") if len(content) > MAX_FILE_BYTES else (content, "")
+    except OSError:
+        return b"", "closed"
+
+
+def is_ignored(name: str) -> bool:
+    """Say whether a folder or a file is made by tools and systems, by its name."""
+    return name.startswith(".") or name in _IGNORED
+
+
+def sane_date(seconds: float) -> float:
+    """Return a date that a calendar can show, in seconds since the epoch; 0 for any other."""
+    return float(seconds) if math.isfinite(seconds) and 0 <= seconds < LATEST else 0.0
+
+
+def zip_time(each: zipfile.ZipInfo) -> float:
+    """Return when an entry was last written, in seconds since the epoch; 0 when it is no date."""
+    try:
+        return sane_date(time.mktime((*each.date_time, 0, 0, -1)))
+    except (OverflowError, ValueError):
+        return 0.0
+
+
+def _problem(entry: Entry) -> str:
+    return entry.problem or ("large" if entry.size > MAX_FILE_BYTES else "")
+
+
+def _content(read: _Read) -> Content:
+    try:
+        return read()
+    except (*_DAMAGE, OSError):
+        return b"", "damaged"
+
+
+def _kind(mode: int) -> str:
+    """Return the problem with a file's kind, "" when it is a plain one."""
+    if stat.S_ISLNK(mode):
+        return "link"
+    return "" if stat.S_ISREG(mode) else "special"
+
+
+def _is_listed(path: PurePosixPath) -> bool:
+    return path.suffix in (*CODE, *CXX_CODE) or path.name.lower() == AUTHORS
+
+
+def _looked_at(path: Path) -> _Found:
+    """Yield what there is, up to the bound; an entry "many" says that there is more."""
+    for number, (entry, read) in enumerate(_found(path)):
+        if number >= MAX_ENTRIES:
+            yield replace(entry, problem="many"), None
+            return
+        yield entry, read
+
+
+def _found(path: Path) -> _Found:
     try:
         path.lstat()
         if path.is_dir():
@@ -67,33 +175,16 @@ def entries(path: Path) -> Iterator[Entry]:
         elif path.stat().st_size > MAX_ARCHIVE_BYTES:
             raise SubmissionError("submission.too_large", path=path, mb=MAX_ARCHIVE_BYTES // 10**6)
         else:
-            yield from _archive(path)
+            yield from _zip(path) if _is_zip(path) else _tar(path)
     except (FileNotFoundError, NotADirectoryError) as error:
         raise SubmissionError("submission.no_folder", path=path) from error
+    except _DAMAGE as error:
+        raise SubmissionError("submission.broken", path=path, error=error) from error
     except OSError as error:
         raise SubmissionError("submission.closed", path=path, error=error.strerror) from error
 
 
-def read_file(path: Path) -> tuple[bytes, str]:
-    """Read a regular file, never through a link; return its content, or the problem."""
-    try:
-        status = path.lstat()
-        if not stat.S_ISREG(status.st_mode):
-            return b"", "link" if stat.S_ISLNK(status.st_mode) else "special"
-        # The file may have been replaced since: no link is followed, no pipe waited for.
-        handle = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
-        with os.fdopen(handle, "rb") as file:
-            return _bounded(file.read(MAX_FILE_BYTES + 1))
-    except OSError:
-        return b"", "closed"
-
-
-def _bounded(content: bytes) -> tuple[bytes, str]:
-    return (b"", "large") if len(content) > MAX_FILE_BYTES else (content, "")
-
-
-def _folder(top: Path) -> Iterator[Entry]:
-    seen = 0
+def _folder(top: Path) -> _Found:
     top.stat()
     with os.scandir(top):
         pass  # a closed folder is told; closed folders further down are not
@@ -101,55 +192,29 @@ def _folder(top: Path) -> Iterator[Entry]:
         place = PurePosixPath(os.path.relpath(folder, top))
         deep = len(place.parts) >= MAX_DEPTH
         folders[:] = [] if deep else sorted(each for each in folders if not is_ignored(each))
+        yield from ((Entry(place / each), None) for each in folders)
         for name in sorted(files):
-            seen += 1
-            if seen > MAX_ENTRIES:
-                yield Entry(place, problem="many")
-                return
-            if _is_listed(PurePosixPath(name)) and not name.startswith("."):
-                path = Path(folder, name)
-                content, problem = read_file(path)
-                with suppress(OSError):
-                    yield Entry(place / name, path.lstat().st_mtime, content, problem)
+            path = Path(folder, name)
+            with suppress(OSError):
+                found = path.lstat()
+                problem = _kind(found.st_mode) if _is_listed(PurePosixPath(name)) else ""
+                entry = Entry(place / name, sane_date(found.st_mtime), found.st_size, problem)
+                yield entry, partial(read_file, path)
 
 
-def _is_read(path: PurePosixPath) -> bool:
-    return path.suffix in CODE or path.name.lower() == AUTHORS
-
-
-def _is_listed(path: PurePosixPath) -> bool:
-    return path.suffix in CXX_CODE or _is_read(path)
-
-
-def is_ignored(folder: str) -> bool:
-    """Say whether a folder is made by tools and systems, by its name."""
-    return folder.startswith(".") or folder in _IGNORED
-
-
-def _archive(path: Path) -> Iterator[Entry]:
-    seen: set[PurePosixPath] = set()
-    try:
-        for number, entry in enumerate(_zip(path) if _is_zip(path) else _tar(path)):
-            if number >= MAX_ENTRIES:
-                yield Entry(entry.path, problem="many")
-                return
-            if any(is_ignored(part) for part in entry.path.parts if part != ".."):
-                continue
-            if entry.path in seen:
-                yield Entry(entry.path, problem="twice")
-            elif entry.problem or _is_listed(entry.path):
-                seen.add(entry.path)
-                yield entry
-    except _DAMAGE as error:
-        raise SubmissionError("submission.broken", path=path, error=error) from error
-
-
-def _named(name: str, modified: float, problem: str) -> Entry:
-    """Return an entry without its content; a path that leaves the archive is a problem."""
-    path = PurePosixPath(name.replace("\\", "/") or "?")  # some tools of Windows write it so
+def _named(name: str, modified: float, size: int, problem: str) -> Entry:
+    """Return an archive's entry; a path that leaves the archive is a problem."""
+    # Some tools of Windows write it so; what cannot be printed must not reach a terminal.
+    text = "".join(
+        "\ufffd" if unicodedata.category(each) in _UNPRINTABLE else each
+        for each in name.replace("\\", "/")
+    )
+    path = PurePosixPath(text)
+    if not path.parts:
+        path, problem = PurePosixPath("?"), problem or "name"
     if path.is_absolute() or ".." in path.parts or ":" in path.parts[0]:
         problem = "outside"
-    return Entry(path, modified, problem=problem)
+    return Entry(path, sane_date(modified), max(size, 0), problem)
 
 
 def _is_zip(path: Path) -> bool:
@@ -161,88 +226,40 @@ def _is_zip(path: Path) -> bool:
     if at < 0 or len(tail) - at < _END_BYTES:
         return False
     listing = int.from_bytes(tail[at + 12 : at + 16], "little")
-    if listing > MAX_DIRECTORY_BYTES or tail[:at].rfind(_LOCATOR) >= 0:
+    # Only archives of many files, or of gigabytes, have a second end of 64 bits.
+    wide = tail[max(0, at - _LOCATOR_BYTES) : at].startswith(_LOCATOR)
+    if listing > MAX_DIRECTORY_BYTES or wide:
         raise SubmissionError("submission.too_many", path=path, count=MAX_ENTRIES)
     return True
 
 
-def _zip(path: Path) -> Iterator[Entry]:
+def _zip(path: Path) -> _Found:
     with zipfile.ZipFile(path) as archive:
         for each in archive.infolist():
-            if each.is_dir():
-                continue
             kind = stat.S_IFMT(each.external_attr >> 16)
-            problem = "link" if kind == stat.S_IFLNK else ""
-            problem = "special" if kind not in (0, stat.S_IFREG, stat.S_IFLNK) else problem
+            problem = _kind(kind) if kind else ""
+            problem = "method" if each.compress_type not in _METHODS else problem
             problem = "locked" if each.flag_bits & 1 else problem
-            entry = _named(each.filename, zip_time(each), problem)
-            if entry.problem or not _is_read(entry.path):
-                yield entry
-                continue
-            content, problem = _zip_content(archive, each)
-            yield Entry(entry.path, entry.modified, content, problem)
+            is_folder = each.filename.endswith(("/", "\\"))
+            entry = _named(each.filename, zip_time(each), each.file_size, problem)
+            yield entry, None if is_folder else partial(_unzipped, archive, each)
 
 
-def _zip_content(archive: zipfile.ZipFile, each: zipfile.ZipInfo) -> tuple[bytes, str]:
-    """Unpack no more than what is taken, whatever size the entry claims."""
-    try:
-        with archive.open(each) as file:
-            return _bounded(file.read(MAX_FILE_BYTES + 1))
-    except _DAMAGE:
-        return b"", "damaged"
+def _unzipped(archive: zipfile.ZipFile, each: zipfile.ZipInfo) -> Content:
+    """Unpack an entry; the library goes no further than where it claims to end."""
+    with archive.open(each) as file:
+        return file.read(), ""
 
 
-def zip_time(each: zipfile.ZipInfo) -> float:
-    """Return when an entry was last written, in seconds since the epoch; 0 when it is no date."""
-    try:
-        return time.mktime((*each.date_time, 0, 0, -1))
-    except (OverflowError, ValueError):
-        return 0.0
-
-
-def _tar(path: Path) -> Iterator[Entry]:
+def _tar(path: Path) -> _Found:
     with path.open("rb") as file:
-        packed = file.read(2) == b"\x1f\x8b"
-        file.seek(0)
-        stream = _Bounded(gzip.GzipFile(fileobj=file) if packed else file)
         try:
-            # As a stream: headers too are read within the bound.
-            with tarfile.open(fileobj=stream, mode="r|") as archive:
-                yield from _members(archive)
+            for member, read in tar_stream.members(file):
+                problem = "" if member.isreg() else "special"
+                problem = "link" if member.issym() or member.islnk() else problem
+                entry = _named(member.name, member.mtime, member.size, problem)
+                yield entry, None if member.isdir() else partial(read, MAX_FILE_BYTES)
         except tarfile.ReadError as error:
             raise SubmissionError("submission.not_an_archive", path=path) from error
-        except _TooLongError as error:
-            raise SubmissionError("submission.too_large", path=path, mb=error.args[0]) from error
-
-
-def _members(archive: tarfile.TarFile) -> Iterator[Entry]:
-    for each in archive:
-        if each.isdir():
-            continue
-        problem = "" if each.isreg() else "link" if each.issym() or each.islnk() else "special"
-        entry = _named(each.name, each.mtime, problem)
-        if entry.problem or not _is_read(entry.path):
-            yield entry
-            continue
-        file = archive.extractfile(each)
-        content, problem = _bounded(file.read(MAX_FILE_BYTES + 1)) if file else (b"", "damaged")
-        yield Entry(entry.path, entry.modified, content, problem)
-
-
-class _TooLongError(Exception):
-    """More bytes come out of an archive than are walked through."""
-
-
-class _Bounded(io.RawIOBase):
-    """A stream that gives up after a number of bytes: a small archive can hold terabytes."""
-
-    def __init__(self, stream: io.BufferedIOBase | gzip.GzipFile) -> None:
-        self._stream, self._left = stream, MAX_UNPACKED_BYTES
-
-    def read(self, size: int = -1) -> bytes:
-        """Return the next bytes, at most `size`."""
-        content = self._stream.read(size)
-        self._left -= len(content)
-        if self._left < 0:
-            raise _TooLongError(MAX_UNPACKED_BYTES // 10**6)
-        return content
+        except tar_stream.TooLongError as error:
+            yield Entry(PurePosixPath(path.name), problem=error.problem), None

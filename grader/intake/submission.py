@@ -9,15 +9,18 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path, PurePosixPath
 
 from grader.course import exercises
 from grader.intake import archives, originals
-from grader.intake.archives import CXX_CODE, Entry, SubmissionError
+from grader.intake.archives import CXX_CODE, Content, Entry, SubmissionError
 from grader.intake.records import Refusal, Source, Submission
 
+# Of one submission: what is read, compiled and kept of it.
 MAX_FILES = 100
+MAX_BYTES = 10_000_000
+MAX_SHOWN = 200  # characters of a path
 MAX_NEARBY = 3
 # A folder with more copies than this around it lies among other people's submissions.
 MAX_NEIGHBOURS = 5
@@ -40,16 +43,18 @@ def read_submission(path: Path, *, look_around: bool = False) -> Submission:
     found = list(archives.entries(path))
     place = _candidate(found, path)
     rules = exercises.load()
-    own = {
-        each.path.name: each
-        for each in found
-        if each.path.parent == place and each.problem != "twice"
-    }
+    own = {each.path.name: each for each in found if _is_beside(each, place)}
+    authors = next(filter(_is_authors, [*own.values(), *found]), None)
+    wanted, refused = _within_budget(own, authors)
+    read = archives.contents(path, wanted)
+    texts = {name: read[each.path] for name, each in own.items() if each.path in read}
     in_place = path.is_dir() and (path / place).resolve() == exercises.CORE.resolve()
-    given = {name: own[name].content for name in rules.given if name in own}
-    taken, refused, converted = _sorted_out(own.values())
-    authors = [each.content for each in [*own.values(), *found] if _is_authors(each)]
+    taken, unread, converted = _sorted_out(own, texts)
+    refused += unread
+    # Reports show the first ones: those of the course.
+    refused.sort(key=lambda each: PurePosixPath(each.path).name not in rules.student)
     refused += [Refusal(_shown(each), each.problem) for each in found if _is_unsafe(each, place)]
+    given = {name: texts[name][0] for name in rules.given if name in texts}
     sources = [_source(own[name], path) for name in rules.student if name in taken]
     return Submission(
         name=_name(path),
@@ -61,7 +66,7 @@ def read_submission(path: Path, *, look_around: bool = False) -> Submission:
         converted=tuple(converted),
         nearby=tuple(_nearby(path / place, taken)) if look_around and path.is_dir() else (),
         in_place=in_place,
-        authors=authors[0] if authors else b"",
+        authors=read[authors.path][0] if authors and authors.path in read else b"",
     )
 
 
@@ -75,7 +80,7 @@ def _candidate(found: Sequence[Entry], path: Path) -> PurePosixPath:
     }
     names = ", ".join(rules.student)
     if not folders:
-        raise SubmissionError("submission.nothing", path=path, names=names)
+        raise SubmissionError(_why_nothing(found), path=path, names=names)
     if _TOP in folders:
         return _TOP
     if len(folders) > 1:
@@ -84,25 +89,65 @@ def _candidate(found: Sequence[Entry], path: Path) -> PurePosixPath:
     return folders.pop()
 
 
+def _why_nothing(found: Sequence[Entry]) -> str:
+    """Return the sentence for files that were not found: there may be more than was looked at."""
+    ends = [each.problem for each in found if each.problem in archives.ENDS]
+    return f"submission.nothing_in_{ends[0]}" if ends else "submission.nothing"
+
+
+def _is_beside(entry: Entry, place: PurePosixPath) -> bool:
+    """Whether a file lies beside the student's; another of the same name does not count."""
+    return entry.path.parent == place and entry.problem not in ("twice", *archives.ENDS)
+
+
+def _within_budget(
+    own: Mapping[str, Entry], authors: Entry | None
+) -> tuple[list[PurePosixPath], list[Refusal]]:
+    """Return what to read, and what goes beyond what a submission may hold in all.
+
+    The course's files come first, whatever lies around them.
+    """
+    rules = exercises.load()
+    first = [*rules.student, *rules.given]
+    order = [own[name] for name in first if name in own] + ([authors] if authors else [])
+    order += [own[name] for name in own if name not in (*first, *rules.ungraded, SHIM)]
+    wanted: list[PurePosixPath] = []
+    refused: list[Refusal] = []
+    size = 0
+    for each in dict.fromkeys(each for each in order if not each.problem):
+        number, size = len(wanted) + 1, size + each.size
+        if number > MAX_FILES or size > MAX_BYTES:
+            refused.append(Refusal(_shown(each), "many" if number > MAX_FILES else "total"))
+            size -= each.size
+        else:
+            wanted.append(each.path)
+    return wanted, refused
+
+
 def _sorted_out(
-    own: Iterable[Entry],
+    own: Mapping[str, Entry], texts: Mapping[str, Content]
 ) -> tuple[dict[str, bytes], list[Refusal], list[str]]:
-    """Return the files to compile, those that cannot be, and those that were in UTF-16."""
+    """Return the files to compile, those that cannot be, and those that were in UTF-16.
+
+    `texts` are the contents of those that were read.
+    """
     rules = exercises.load()
     taken: dict[str, bytes] = {}
     refused: list[Refusal] = []
     converted: list[str] = []
-    for each in own:
-        name = each.path.name
+    for name, each in own.items():
         if name in (*rules.given, *rules.ungraded, SHIM) or _is_authors(each):
             continue
-        content, problem = _as_text(each.content)
-        problem = each.problem or _wrong_name(name) or problem
-        if problem or len(taken) >= MAX_FILES:
-            refused.append(Refusal(_shown(each), problem or "many"))
+        if not each.problem and name not in texts:
+            continue  # beyond the budget, which is told
+        content, unread = texts.get(name, (b"", each.problem))
+        text, problem = _as_text(content)
+        problem = unread or _wrong_name(name) or problem
+        if problem:
+            refused.append(Refusal(_shown(each), problem))
             continue
-        taken[name] = content
-        if content != each.content:
+        taken[name] = text
+        if text != content:
             converted.append(name)
     return taken, refused, converted
 
@@ -136,14 +181,14 @@ def _as_text(content: bytes) -> tuple[bytes, str]:
 
 def _shown(entry: Entry) -> str:
     """Return an entry's path; a name may be no text at all: it must be printable all the same."""
-    return os.fsencode(str(entry.path)).decode(errors="replace")
+    return os.fsencode(str(entry.path)).decode(errors="replace")[:MAX_SHOWN]
 
 
 def _is_unsafe(entry: Entry, place: PurePosixPath) -> bool:
     """Whether an entry elsewhere than among the student's files is worth a word."""
-    if entry.problem in ("link", "special", "many"):
+    if entry.problem in ("link", "special"):
         return entry.path.parent != place
-    return entry.problem in ("outside", "twice")
+    return entry.problem in ("outside", "twice", *archives.ENDS)
 
 
 def _name(path: Path) -> str:

@@ -9,6 +9,7 @@ import os
 import stat
 import struct
 import tarfile
+import tracemalloc
 import zipfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -17,11 +18,13 @@ import pytest
 
 from grader.authoring.skeleton import originals as packing
 from grader.course import exercises
-from grader.intake import archives, originals
+from grader.intake import archives, originals, tar_stream
+from grader.intake import submission as intake
 from grader.intake.archives import SubmissionError
 from grader.intake.originals import OriginalsError
-from grader.intake.records import Submission
+from grader.intake.records import Refusal, Submission
 from grader.intake.submission import read_submission
+from grader.report import results
 
 Write = Callable[..., Path]
 MAIN = b'#include "raytracer.h"\n'
@@ -164,18 +167,146 @@ def test_unsafe_entries_of_a_tar_are_refused_one_by_one(tmp_path: Path) -> None:
 
 def test_a_bomb_is_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A .tar.gz that unpacks to far more than it is, in its files or in its headers."""
-    monkeypatch.setattr(archives, "MAX_UNPACKED_BYTES", 5_000_000)
-    files = tarred(
-        tmp_path / "files.tar.gz", (member("main.c"), MAIN), (member("x"), b"\0" * 10**7)
-    )
-    header = member("main.c")
-    header.pax_headers = {"comment": "x" * 10**7}
-    headers = tarred(tmp_path / "headers.tar.gz", (header, MAIN))
-    for path in (files, headers):
+    monkeypatch.setattr(tar_stream, "MAX_UNPACKED_BYTES", 5_000_000)
+    header = member("octree.c")
+    header.pax_headers = {"comment": "x" * 10**6}
+    bombs = {"unpacked": (member("x"), b"\0" * 10**7), "header": (header, MAIN)}
+    for problem, bomb in bombs.items():
+        path = tarred(tmp_path / "behind.tar.gz", (member("main.c"), MAIN), bomb)
         assert path.stat().st_size < 100_000
+        read = read_submission(path)
+        assert (read.files, reasons(read)) == ({"main.c": MAIN}, {path.name: problem})
+        path = tarred(tmp_path / "before.tar.gz", bomb, (member("main.c"), MAIN))
         with pytest.raises(SubmissionError) as caught:
             read_submission(path)
-        assert (caught.value.key, caught.value.values["mb"]) == ("submission.too_large", 5)
+        assert caught.value.key == f"submission.nothing_in_{problem}"
+
+
+def test_many_large_files_never_meet_in_memory(tmp_path: Path) -> None:
+    """60 files of 1 MB in an archive of 65 KB: elsewhere, none is read; beside, 10 MB are."""
+    for folder in ("d/", ""):
+        large = dict.fromkeys((f"{folder}x{k}.c" for k in range(60)), b"/" * 999_999)
+        path = zipped(tmp_path / "rendu.zip", {"main.c": MAIN, **large})
+        assert path.stat().st_size < 100_000
+        tracemalloc.start()
+        read = read_submission(path)
+        peak = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        assert read.files["main.c"] == MAIN
+        assert peak < 30e6
+        assert sum(map(len, read.files.values())) <= intake.MAX_BYTES
+        assert set(reasons(read).values()) == (set() if folder else {"total"})
+
+
+def test_what_a_name_or_a_folder_costs_is_bounded(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Folders count among the entries, in archives too: each takes memory and time."""
+    monkeypatch.setattr(archives, "MAX_ENTRIES", 20)
+    for k in range(30):
+        (tmp_path / "folder" / f"d{k}").mkdir(parents=True)
+    many = [(member(f"d{k}", tarfile.DIRTYPE), b"") for k in range(30)]
+    path = tarred(tmp_path / "rendu.tar.gz", *many, (member("main.c"), MAIN))
+    for each in (tmp_path / "folder", path):
+        with pytest.raises(SubmissionError) as caught:
+            read_submission(each)
+        assert caught.value.key == "submission.nothing_in_many"
+
+
+def test_the_four_named_files_come_first(tmp_path: Path) -> None:
+    """With 99 files of one's own, or 10 MB of them, before: the course's are read all the same."""
+    names = exercises.load().student
+    for around in (
+        {f"a{k}.c": MAIN for k in range(99)},
+        {f"a{k}.c": b" " * 10**6 for k in range(11)},
+    ):
+        path = zipped(tmp_path / "rendu.zip", {**around, **dict.fromkeys(names, MAIN)})
+        read = read_submission(path)
+        assert set(names) < set(read.files)
+        assert set(reasons(read).values()) <= {"many", "total"}
+        assert len(reasons(read)) + len(read.files) == len(around) + len(names)
+
+
+def test_a_course_s_file_that_cannot_be_read_is_told_first(submission: Write) -> None:
+    """Before all the others: a report shows but a few, and this one costs points."""
+    folder = submission(files={f"@{k}.c": "" for k in range(9)})
+    (folder / "main.c").write_bytes(b"\0\1\2")
+    read = read_submission(folder)
+    assert read.refused[0] == Refusal("main.c", "binary")
+    assert "main.c" not in read.missing
+
+
+DATES: list[object] = [1e15, -1, "nan", "inf", "-inf", "1e300", "x", ""]
+
+
+@pytest.mark.parametrize("date", DATES)
+def test_a_date_of_an_archive_is_one_that_can_be_shown(tmp_path: Path, date: object) -> None:
+    """Whatever a .tar claims: what is no date is none, and results are written all the same."""
+    entry = member("main.c")
+    if isinstance(date, str):
+        entry.pax_headers = {"mtime": date}
+    else:
+        entry.mtime = date  # type: ignore[assignment]
+    (source,) = read_submission(tarred(tmp_path / "rendu.tar.gz", (entry, MAIN))).sources
+    assert source.modified == 0
+    assert results._moment(source.modified)
+
+
+def test_a_date_of_a_folder_is_one_that_can_be_shown(submission: Write) -> None:
+    """A file system keeps more years than a calendar."""
+    folder = submission()
+    os.utime(folder / "main.c", (10**12, 10**12))
+    assert results._moment(read_submission(folder).sources[0].modified)
+
+
+NAMES = [
+    "",
+    ".",
+    "./",
+    "/",
+    "//",
+    "a\0b/main.c",
+    "\x1b[2J/main.c",
+    "\u202e/main.c",
+    "a/" * 9000 + "main.c",
+]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_name_of_an_archive_is_never_a_traceback(tmp_path: Path, name: str) -> None:
+    """Empty, without a part, endless, or made to be obeyed by a terminal."""
+    path = tmp_path / "rendu.zip"
+    with zipfile.ZipFile(path, "w") as archive:
+        entry = zipfile.ZipInfo("x")
+        entry.filename = name
+        archive.writestr(entry, MAIN)
+    entry_of_tar = member("x")
+    entry_of_tar.pax_headers = {"path": name}
+    for each in (path, tarred(tmp_path / "rendu.tar.gz", (entry_of_tar, MAIN))):
+        with contextlib.suppress(SubmissionError):
+            read = read_submission(each)
+            assert read.files == {"main.c": MAIN}
+            assert all(c.isprintable() for source in read.sources for c in source.path)
+
+
+@pytest.mark.parametrize("size", ["-1", "-600", "9" * 30, "1e9", "600000000"])
+def test_a_size_of_an_archive_is_never_a_traceback(tmp_path: Path, size: str) -> None:
+    """What a .tar claims of a member's length; a stream never goes back."""
+    entry = member("x.bin")
+    entry.pax_headers = {"size": size}
+    path = tarred(tmp_path / "rendu.tar.gz", (member("main.c"), MAIN), (entry, b""))
+    with contextlib.suppress(SubmissionError):
+        assert read_submission(path).files == {"main.c": MAIN}
+
+
+@pytest.mark.parametrize("method", [zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
+def test_other_compressions_are_refused(tmp_path: Path, method: int) -> None:
+    """They may claim gigabytes to be unpacked with, and ordinary tools do not use them."""
+    path = zipped(tmp_path / "rendu.zip", {"main.c": MAIN})
+    with zipfile.ZipFile(path, "a", method) as archive:
+        archive.writestr("octree.c", MAIN)
+    read = read_submission(path)
+    assert (read.files, reasons(read)) == ({"main.c": MAIN}, {"octree.c": "method"})
 
 
 def test_a_zip_whose_list_is_a_bomb_is_not_opened(tmp_path: Path) -> None:
