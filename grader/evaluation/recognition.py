@@ -142,7 +142,8 @@ def _ending(finding: Finding) -> str:
     if finding.outcome is Outcome.FAILED:
         return message.key
     digest = hashlib.sha256(str(message.values.get("call", "")).encode()).hexdigest()
-    return f"{message.key} {digest[:8]}"
+    # Which kind of forbidden access it was depends on what happens to lie beside the memory.
+    return f"{finding.outcome.value} {digest[:8]}"
 
 
 def same(seen: Signature, known: Signature) -> bool:

@@ -26,8 +26,8 @@ import numpy as np
 
 from grader.authoring.expected import mistake_bank
 from grader.authoring.expected.pictures import drift
-from grader.authoring.expected.vectors import tp2, tp3, tp4, tp5
-from grader.authoring.expected.vectors.maker import Maker, Question, Suite
+from grader.authoring.expected.vectors import octree, tp2, tp3, tp4, tp5
+from grader.authoring.expected.vectors.maker import Recipe, Suite
 from grader.build import toolchain
 from grader.checking.comparison import far
 from grader.checking.expected_data import (
@@ -58,6 +58,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "--without-bank", action="store_true", help="leave out the known mistakes' answers"
     )
+    parser.add_argument(
+        "--without-pictures", action="store_true", help="leave the pictures as they are"
+    )
     options = parser.parse_args(arguments)
     with _reference() as core:
         try:
@@ -66,7 +69,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 return drifted or drift.check(options.out)
             # First what takes longest: a failure leaves the functions' data and its bank alone.
             options.out.mkdir(parents=True, exist_ok=True)
-            drift.store(options.out)
+            if not options.without_pictures:
+                drift.store(options.out)
             _make(core, options.out, SEED if options.seed is None else options.seed)
             if not options.without_bank:
                 mistake_bank.store(options.out)
@@ -85,25 +89,19 @@ def _reference() -> Iterator[Library]:
         yield core
 
 
+def recipes() -> list[Recipe]:
+    """Return how every suite is made, in the order of the TPs."""
+    return [each for tp in (tp2, tp3, tp4, octree, tp5) for each in tp.recipes()]
+
+
 def suites(core: Library, seed: int) -> list[Suite]:
     """Return every suite of a seed, with the answers of the reference in it."""
-    with core.session(Limits(cpu=60)) as session:
-        maker = Maker(core, session, seed)
-        made = [each for tp in (tp2, tp3, tp4, tp5) for each in tp.suites(maker)]
-        return [_answered(maker, each) for each in made]
-
-
-def _answered(maker: Maker, suite: Suite) -> Suite:
-    questions = []
-    for question in suite.questions:
-        if not question.batch.count:
-            raise ValueError(f"{suite.name}: a batch without any call")
-        batch = question.batch if question.batch.answers else maker.ask(question.batch)
-        others = tuple(maker.ask(each).answers[0] for each in question.variants)
-        # What only changes globals answers nothing that could be stored.
-        told = [each for each in (*batch.answers, *others) if each.result is not None or each.out]
-        questions.append(Question(replace(batch, answers=tuple(told))))
-    return replace(suite, questions=tuple(questions))
+    made = []
+    for recipe in recipes():
+        # A session of its own: no suite depends on what another one has left behind.
+        with core.session(Limits(cpu=60)) as session:
+            made.append(recipe.suite(core, session, seed))
+    return made
 
 
 def _make(core: Library, folder: Path, seed: int) -> None:

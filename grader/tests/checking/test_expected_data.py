@@ -17,7 +17,7 @@ from grader.checking import describe
 from grader.checking.comparison import Answers, Wrong, far, unit
 from grader.checking.expected_data import FOLDER, SIZE, Answer, Batch, ExpectedError, encode, read
 from grader.evaluation.recognition import BANK
-from grader.execution.session import Array, Library, open_core
+from grader.execution.session import Array, Library, Limits, open_core
 
 ROOT = Path(__file__).resolve().parents[3]
 SUITE = "intersect_sphere.front"
@@ -64,6 +64,18 @@ def test_another_seed_gives_other_data_and_the_same_suites(tmp_path: Path) -> No
     for name in names:
         assert (folders[0] / name).read_bytes() == (folders[1] / name).read_bytes()
     assert (folders[0] / f"{SUITE}.npz").read_bytes() != (FOLDER / f"{SUITE}.npz").read_bytes()
+
+
+def test_a_suite_changes_no_other_file(core: Library) -> None:
+    """Made alone, it has the inputs that it has among the others: a new one leaves them be."""
+    every = {each.name: each for each in command.recipes()}
+    for name in ("populate_spheres.any", "octree.hits", SUITE):
+        with core.session(Limits(cpu=60)) as session:
+            suite = every[name].suite(core, session, command.SEED)
+        stored = read(FOLDER, name, core)
+        for question, batch in zip(suite.questions, stored, strict=True):
+            for key, value in batch.args.items():
+                np.testing.assert_array_equal(question.batch.args[key], value)
 
 
 def test_the_manifest_tells_where_the_data_comes_from() -> None:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
+from zlib import crc32
 
 import numpy as np
 
@@ -43,16 +44,28 @@ class Suite:
     reason: str
 
 
+@dataclass(frozen=True)
+class Recipe:
+    """How the questions of a suite are made."""
+
+    name: str
+    make: Callable[[Maker], Sequence[Question]]
+    tolerance: float
+    reason: str
+
+    def suite(self, core: Library, session: Session, seed: int) -> Suite:
+        """Return the suite, with answers; what it draws depends on its name and the seed alone."""
+        maker = Maker(core, session, [seed, crc32(self.name.encode())])
+        questions = tuple(maker.answered(each, self.name) for each in self.make(maker))
+        return Suite(self.name, questions, self.tolerance, self.reason)
+
+
 class Maker:
     """Random numbers of one seed, and structs of the reference's types."""
 
-    def __init__(self, core: Library, session: Session, seed: int | np.random.Generator) -> None:
+    def __init__(self, core: Library, session: Session, seed: int | Sequence[int]) -> None:
         self.core, self.session = core, session
         self.rng = np.random.default_rng(seed)
-
-    def aside(self) -> Maker:
-        """Return a maker with random numbers of its own: those of this one stay as they are."""
-        return Maker(self.core, self.session, self.rng.spawn(1)[0])
 
     # ---- Numbers and vectors --------------------------------------------------------------------
 
@@ -153,6 +166,16 @@ class Maker:
         prepare(self.session, self.core, batch)
         answer = run(self.session, self.core, batch)
         return replace(batch, answers=(*batch.answers, answer))
+
+    def answered(self, question: Question, name: str) -> Question:
+        """Return the question with the reference's answers in it, those that are stored."""
+        if not question.batch.count:
+            raise ValueError(f"{name}: a batch without any call")
+        batch = question.batch if question.batch.answers else self.ask(question.batch)
+        others = tuple(self.ask(each).answers[0] for each in question.variants)
+        # What only changes globals answers nothing that could be stored.
+        told = [each for each in (*batch.answers, *others) if each.result is not None or each.out]
+        return Question(replace(batch, answers=tuple(told)))
 
     def steady(self, batch: Batch, moved: str, amount: float = 2e-3) -> Batch:
         """Keep the calls whose answer is clear: it hardly changes when a point is moved a little.

@@ -11,7 +11,7 @@ import numpy as np
 from grader.authoring.expected.vectors.maker import (
     Maker,
     Question,
-    Suite,
+    Recipe,
     joined,
     norm1,
     only,
@@ -25,6 +25,7 @@ REASON = (
     "float arithmetic with the direct form b^2 - 4ac, and double arithmetic, both stay ten times"
     " closer; inputs that graze an edge are left out"
 )
+EXACTNESS = (TOLERANCE, REASON)
 Args = dict[str, Array]
 Near = Callable[[Array, float], Array]  # points in (up to 1) and around each object
 
@@ -36,26 +37,21 @@ class Solid:
         self.m, self.function, self.simple = m, function, simple
         self.objects, self.near = objects, near
 
-    def suites(self) -> list[Suite]:
-        """Return the suites that every solid has."""
-        front = self.hits(joined(self.simple, self.aimed(0.9)))
+    def front(self) -> Batch:
+        """Return rays from outside that hit."""
+        return self.hits(joined(self.simple, self.aimed(0.9)))
+
+    def meets(self) -> Batch:
+        """Return rays that hit, pass by, or go away."""
         drawn = self.aimed(2.5)
         drawn["r"][::3] = _turned(drawn["r"][::3])
-        mixed = self.steady(joined(self.simple, self.passing(), drawn))
-        behind = replace(front, args={**front.args, "r": _turned(front.args["r"])})
-        suites = {
-            "front": [front],
-            "meets": [mixed],
-            "behind": [only(behind, ~result(self.m.ask(behind)))],
-            "range": [self.ranges(front)],
-            "scaled": [self.scaled(front)],
-        }
-        return [self.suite(name, batches) for name, batches in suites.items()]
+        return self.steady(joined(self.simple, self.passing(), drawn))
 
-    def suite(self, name: str, batches: list[Batch]) -> Suite:
-        """Return a suite of this solid."""
-        questions = tuple(Question(each) for each in batches)
-        return Suite(f"{self.function}.{name}", questions, TOLERANCE, REASON)
+    def behind(self) -> Batch:
+        """Return rays that leave the object behind them."""
+        front = self.front()
+        turned = replace(front, args={**front.args, "r": _turned(front.args["r"])})
+        return only(turned, ~result(self.m.ask(turned)))
 
     def steady(self, args: Args) -> Batch:
         """Return the calls whose answer is clear."""
@@ -93,8 +89,9 @@ class Solid:
         rays["orig"] += 5 * aside
         return {"r": rays, "obj": self.simple["obj"]}
 
-    def ranges(self, front: Batch) -> Batch:
+    def ranges(self) -> Batch:
         """Return rays whose tmin or tmax leaves one, the other or none of the two hits."""
+        front = self.front()
         first = self.m.ask(front).answers[0].out["r"]["tmax"]
         later = {**front.args, "r": front.args["r"].copy()}
         later["r"]["tmin"] = first + 0.25
@@ -113,13 +110,30 @@ class Solid:
         rays["tmax"] = np.choose(turn, [np.broadcast_to(high, turn.shape) for _, high in bounds])
         return self.steady({"r": rays, "obj": front.args["obj"]})
 
-    def scaled(self, front: Batch) -> Batch:
-        """Return the rays with directions that are not unit; the points hit stay."""
+    def scaled(self) -> Batch:
+        """Return rays with directions that are not unit."""
+        front = self.front()
         rays = front.args["r"].copy()
         factors = self.m.uniform(0.2, 5, front.count)
         factors[: len(self.simple["r"])] = 2
         rays["dir"] *= factors[:, None]
         return self.hits({"r": rays, "obj": front.args["obj"]})
+
+
+EVERY = {
+    "front": Solid.front,
+    "meets": Solid.meets,
+    "behind": Solid.behind,
+    "range": Solid.ranges,
+    "scaled": Solid.scaled,
+}  # the suites that every solid has
+
+
+def recipe(
+    solid: Callable[[Maker], Solid], function: str, name: str, make: Callable[[Solid], Batch]
+) -> Recipe:
+    """Return a suite of a solid."""
+    return Recipe(f"{function}.{name}", lambda m: [Question(make(solid(m)))], *EXACTNESS)
 
 
 def _turned(rays: Array) -> Array:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -10,7 +12,7 @@ from grader.authoring.expected.vectors import solids
 from grader.authoring.expected.vectors.maker import (
     Maker,
     Question,
-    Suite,
+    Recipe,
     floats,
     norm1,
     only,
@@ -23,42 +25,44 @@ from grader.checking.expected_data import SIZE, Array, Batch
 EXACT_ENOUGH = 2e-4
 COLOR = 2e-3
 COLOR_REASON = "float and double differ by less in the last bits of a direction times a lobe"
+Shapes = Mapping[str, Callable[[Solid], Batch]]
 COPIED = "a colour is copied, or a few float operations away"
 
 
-def suites(m: Maker) -> list[Suite]:
-    """Return the suites of TP2."""
-    return [*_camera(m), *_solids(m), *_scenes(m), *_traced(m)]
+def recipes() -> list[Recipe]:
+    """Return how the suites of TP2 are made."""
+    return [*_camera(), *_solids(), *_scenes(), *_traced()]
 
 
 # ---- The camera ---------------------------------------------------------------------------------
 
 
-def _camera(m: Maker) -> list[Suite]:
-    width, height = SIZE
-    x, y = m.uniform(0, width, 60), m.uniform(0, height, 60)
-    middle = (floats([width / 2]), floats([height / 2]))
-    places = {
-        "middle": middle,
-        "horizontal": (_ends(x[:20], width), np.repeat(middle[1], 23)),
-        "vertical": (np.repeat(middle[0], 23), _ends(y[:20], height)),
-        "anywhere": (_ends(x, width), _ends(y, height)),
-    }
+def _camera() -> list[Recipe]:
     reason = "a unit vector: a few float operations"
-    made = []
-    for name, (i, j) in places.items():
-        args = {"r": m.blank("ray", len(i)), "x": i, "y": j}
-        questions = tuple(
-            Question(Batch("camera_ray", args, {**m.world(), "theCamera": each}))
-            for each in _cameras(m)
-        )
-        made.append(Suite(f"camera_ray.{name}", questions, EXACT_ENOUGH, reason))
-    return made
+    return [
+        Recipe(f"camera_ray.{name}", partial(_through, name), EXACT_ENOUGH, reason)
+        for name in ("middle", "horizontal", "vertical", "anywhere")
+    ]
 
 
-def _ends(inside: Array, size: int) -> Array:
+def _through(name: str, m: Maker) -> list[Question]:
+    """Return positions along a line of the image, or all over it."""
+    count = {"middle": 1, "anywhere": 63}.get(name, 23)
+    turns = name in ("horizontal", "anywhere"), name in ("vertical", "anywhere")
+    x, y = (
+        _ends(m, count, size) if turned else floats([size / 2] * count)
+        for size, turned in zip(SIZE, turns, strict=True)
+    )
+    args = {"r": m.blank("ray", count), "x": x, "y": y}
+    return [
+        Question(Batch("camera_ray", args, {**m.world(), "theCamera": each}))
+        for each in _cameras(m)
+    ]
+
+
+def _ends(m: Maker, count: int, size: int) -> Array:
     ends = floats([0, size, size / 4])
-    return stack(ends, inside)
+    return stack(ends, m.uniform(0, size, count - len(ends)))
 
 
 def _cameras(m: Maker) -> list[Array]:
@@ -75,18 +79,24 @@ def _cameras(m: Maker) -> list[Array]:
 # ---- One object ---------------------------------------------------------------------------------
 
 
-def _solids(m: Maker) -> list[Suite]:
-    sphere, plane = solids.spheres(m), solids.planes(m)
-    cylinder, cone = solids.cylinders(m), solids.cones(m)
-    made = [each for solid in (sphere, plane, cylinder, cone) for each in solid.suites()]
-    made += [solid.suite("inside", [solid.inside()]) for solid in (sphere, cylinder, cone)]
-    made += [cylinder.suite("caps", [_caps(m, cylinder)]), cone.suite("caps", [_caps(m, cone)])]
-    return [*made, plane.suite("parallel", [_parallel(m, plane)])]
+def _solids() -> list[Recipe]:
+    closed: Shapes = {"inside": Solid.inside, "caps": _caps}
+    kinds: dict[str, tuple[Callable[[Maker], Solid], Shapes]] = {
+        "sphere": (solids.spheres, {"inside": Solid.inside}),
+        "plane": (solids.planes, {"parallel": _parallel}),
+        "cylinder": (solids.cylinders, closed),
+        "cone": (solids.cones, closed),
+    }
+    return [
+        solids.recipe(solid, f"intersect_{kind}", name, make)
+        for kind, (solid, others) in kinds.items()
+        for name, make in {**solids.EVERY, **others}.items()
+    ]
 
 
-def _caps(m: Maker, solid: Solid) -> Batch:
+def _caps(solid: Solid) -> Batch:
     """Rays that meet a disc at an end, from outside."""
-    objects = solid.objects
+    m, objects = solid.m, solid.objects
     target = solid.near(objects, 0.8)
     outwards = -objects["axis"].copy()
     if solid.function == "intersect_cylinder":
@@ -100,8 +110,9 @@ def _caps(m: Maker, solid: Solid) -> Batch:
     return only(batch, along > 0.999)
 
 
-def _parallel(m: Maker, solid: Solid) -> Batch:
+def _parallel(solid: Solid) -> Batch:
     """Rays along the plane: above it, below it, and in it."""
+    m = solid.m
     objects = m.objects("PLANE", 9, normal=(0, 1, 0), dist=0)
     objects["normal"][3:6], objects["normal"][6:] = (1, 0, 0), (0, 0, 1)
     objects["dist"] = np.tile([1, 2, 0], 3)
@@ -146,34 +157,51 @@ def _search(m: Maker, scene: Array, rays: Array) -> Batch:
     return m.steady(batch, "r.orig") if len(scene) else batch
 
 
-def _scenes(m: Maker) -> list[Suite]:
-    simple = m.rays([(0, 0, 9), (0, 0, -9), (0, 0, 2)], [(0, 0, -1), (0, 0, 1), (0, 0, -1)])
-    rows = [_search(m, row_of_spheres(m, order), simple) for order in ([0, 1, 2], [2, 1, 0])]
-    clouds = [cloud(m, count) for count in (4, 9, 16)]
-    drawn = [_search(m, scene, towards(m, scene, 60)) for scene in clouds]
-    mixed = [_search(m, scene, towards(m, scene, 30)) for scene in clouds]
+def _scenes() -> list[Recipe]:
+    suites = {"nearest": _nearest, "meets": _meets, "kinds": _kinds, "nothing": _nothing}
+    return [
+        Recipe(f"intersect_scene.{name}", partial(_searched, make), *solids.EXACTNESS)
+        for name, make in suites.items()
+    ]
+
+
+def _searched(make: Callable[[Maker], list[Batch]], m: Maker) -> list[Question]:
+    return [Question(each) for each in make(m) if each.count]
+
+
+def _along_z(m: Maker) -> Array:
+    return m.rays([(0, 0, 9), (0, 0, -9), (0, 0, 2)], [(0, 0, -1), (0, 0, 1), (0, 0, -1)])
+
+
+def _drawn(m: Maker, count: int) -> list[Batch]:
+    """Return rays towards the spheres of scenes of several sizes."""
+    clouds = [cloud(m, size) for size in (4, 9, 16)]
+    return [_search(m, scene, towards(m, scene, count)) for scene in clouds]
+
+
+def _nearest(m: Maker) -> list[Batch]:
+    orders = ([0, 1, 2], [2, 1, 0])
+    rows = [_search(m, row_of_spheres(m, order), _along_z(m)) for order in orders]
+    return [only(each, result(m.ask(each))) for each in rows + _drawn(m, 60)]
+
+
+def _meets(m: Maker) -> list[Batch]:
     aside = m.rays([(0, 5, 9), (0, 0, 9)], [(0, 0, -1), (0, 0, 1)])
     single = m.objects("SPHERE", 1, center=(0, 0, 0), radius=1)
-    meets = [_search(m, single, stack(simple[:1], aside)), *mixed]
+    return [_search(m, single, stack(_along_z(m)[:1], aside)), *_drawn(m, 30)]
+
+
+def _kinds(m: Maker) -> list[Batch]:
     kinds = [cloud(m, 2, planes=1), cloud(m, 6, planes=2)]
+    return [_search(m, scene, towards(m, scene, 50)) for scene in kinds]
+
+
+def _nothing(m: Maker) -> list[Batch]:
+    meets = _meets(m)
     # Last, and along rays that would meet what a larger scene has left behind in scene[0].
-    left = stack(simple, towards(m.aside(), clouds[-1][:1], 9))
-    empty = _search(m, m.core.zeros("object", 0), left)
-    suites = {
-        "nearest": [only(each, result(m.ask(each))) for each in rows + drawn],
-        "meets": meets,
-        "kinds": [_search(m, scene, towards(m, scene, 50)) for scene in kinds],
-        "nothing": [*[only(each, ~result(m.ask(each))) for each in meets], empty],
-    }
-    return [
-        Suite(
-            f"intersect_scene.{name}",
-            tuple(Question(each) for each in batches if each.count),
-            solids.TOLERANCE,
-            solids.REASON,
-        )
-        for name, batches in suites.items()
-    ]
+    left = towards(m, meets[-1].globals["scene"][:1], 9)
+    empty = _search(m, m.core.zeros("object", 0), stack(_along_z(m), left))
+    return [*[only(each, ~result(m.ask(each))) for each in meets], empty]
 
 
 # ---- Colours ------------------------------------------------------------------------------------
@@ -185,11 +213,18 @@ def lit(m: Maker, scene: Array, **changed: bool) -> dict[str, Array]:
     return m.world(scene, lights, **changed)
 
 
-def _traced(m: Maker) -> list[Suite]:
+def _traced() -> list[Recipe]:
+    suites = {"object": _colors, "sky": _skies, "depth": _deep}
+    made = [Recipe(f"trace_ray.{k}", make, COLOR, COLOR_REASON) for k, make in suites.items()]
+    return [*made, Recipe("raytrace", lambda m: [_picture(m)], COLOR, COPIED)]
+
+
+def _seen(m: Maker) -> list[tuple[Batch, Batch]]:
+    """Return calls of trace_ray in several scenes: those that meet an object, and the others."""
     simple = m.rays([(0, 0, 9)], [(0, 0, -1)])
     first = (row_of_spheres(m, [0, 1, 2]), simple)
     scenes = [first, *((s, towards(m, s, 40)) for s in (cloud(m, 5), cloud(m, 9)))]
-    objects, sky, depth = [], [], []
+    made = []
     for scene, rays in scenes:
         search = _search(m, scene, stack(rays, m.rays([(0, 20, 9)], [(0, 0, -1)])))
         hit = result(m.ask(search))
@@ -197,14 +232,25 @@ def _traced(m: Maker) -> list[Suite]:
         found["depth"] = m.rng.integers(0, 8, len(found))
         found["depth"][0] = 0
         batch = Batch("trace_ray", {"r": found}, lit(m, scene))
-        objects.append(_to_the_limit(m, batch))
-        sky.append(m.stages(replace(batch, args={"r": lost})))
-        deep = stack(found, found)
-        deep["depth"][: len(found)] = 12 - np.arange(len(found)) % 2
-        depth.append(_to_the_limit(m, replace(batch, args={"r": deep})))
-    named = {"object": objects, "sky": sky, "depth": depth}
-    made = [Suite(f"trace_ray.{k}", tuple(v), COLOR, COLOR_REASON) for k, v in named.items()]
-    return [*made, Suite("raytrace", (_picture(m),), COLOR, COPIED)]
+        made.append((batch, replace(batch, args={"r": lost})))
+    return made
+
+
+def _colors(m: Maker) -> list[Question]:
+    return [_to_the_limit(m, found) for found, _ in _seen(m)]
+
+
+def _skies(m: Maker) -> list[Question]:
+    return [m.stages(lost) for _, lost in _seen(m)]
+
+
+def _deep(m: Maker) -> list[Question]:
+    made = []
+    for found, _ in _seen(m):
+        deep = stack(found.args["r"], found.args["r"])
+        deep["depth"][: found.count] = 12 - np.arange(found.count) % 2
+        made.append(_to_the_limit(m, replace(found, args={"r": deep})))
+    return made
 
 
 def _to_the_limit(m: Maker, batch: Batch) -> Question:

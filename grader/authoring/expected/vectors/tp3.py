@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -10,7 +12,7 @@ import numpy as np
 from grader.authoring.expected.vectors.maker import (
     Maker,
     Question,
-    Suite,
+    Recipe,
     floats,
     norm1,
     only,
@@ -23,11 +25,12 @@ TOLERANCE = 5e-4
 REASON = "a power of up to 200 multiplies the rounding of h.n by 200"
 COPIED = "a colour is copied"
 UP = floats([[0, 1, 0]])
+NONE = floats([0, 0, 0])
 
 
-def suites(m: Maker) -> list[Suite]:
-    """Return the suites of TP3."""
-    return [*_shade(m), *_direct(m), *_checkers(m), *_textures(m)]
+def recipes() -> list[Recipe]:
+    """Return how the suites of TP3 are made."""
+    return [*_shade(), *_direct(), *_checkers(), *_textures()]
 
 
 # ---- Blinn-Phong --------------------------------------------------------------------------------
@@ -75,26 +78,46 @@ def directions(m: Maker) -> tuple[Array, Array, Array]:
     return n, v, light
 
 
-def _shade(m: Maker) -> list[Suite]:
-    n, v, light = directions(m)
-    none = np.zeros(3, np.float32)
+def _shade() -> list[Recipe]:
+    suites = {
+        "diffuse": _diffuse,
+        "lobe": _lobe,
+        "both": lambda m: shading(m, *directions(m)),
+        "far_lobe": _far_lobe,
+        "back": _back,
+    }
+    return [
+        Recipe(f"shade.{name}", partial(_one, make), TOLERANCE, REASON)
+        for name, make in suites.items()
+    ]
+
+
+def _one(make: Callable[[Maker], Question], m: Maker) -> list[Question]:
+    return [make(m)]
+
+
+def _diffuse(m: Maker) -> Question:
+    return shading(m, *directions(m), ks=NONE, kr=NONE)
+
+
+def _lobe(m: Maker) -> Question:
+    n, _, light = directions(m)
     near = norm1(light + 0.2 * m.unit(len(n)))
     mirrored = norm1(2 * np.einsum("ij,ij->i", near, n)[:, None] * n - near)
-    below = m.around(-n, 0.85, 0.98)
-    grazing = m.around(n, 0.05, 0.3)
-    shininess = floats([2, 4, 3]).repeat(len(n))[: len(n)]
+    return _facing(shading(m, n, mirrored, light, kd=NONE))
+
+
+def _far_lobe(m: Maker) -> Question:
+    n = directions(m)[0]
+    below, grazing = m.around(-n, 0.85, 0.98), m.around(n, 0.05, 0.3)
+    return shading(m, n, below, grazing, shininess=floats([2, 4, 3]).repeat(len(n))[: len(n)])
+
+
+def _back(m: Maker) -> Question:
+    n, v, _ = directions(m)
     dark = m.around(-n, 0.02)
     dark[0] = -n[0]
-    named = {
-        "diffuse": shading(m, n, v, light, ks=none, kr=none),
-        "lobe": shading(m, n, mirrored, light, kd=none),
-        "both": shading(m, n, v, light),
-        "far_lobe": shading(m, n, below, grazing, shininess=shininess),
-        "back": shading(m, n, v, dark),
-    }
-    kept = _facing(named["lobe"])
-    named["lobe"] = kept
-    return [Suite(f"shade.{name}", (each,), TOLERANCE, REASON) for name, each in named.items()]
+    return shading(m, n, v, dark)
 
 
 def _facing(question: Question) -> Question:
@@ -108,21 +131,34 @@ def _facing(question: Question) -> Question:
 # ---- Several lights -----------------------------------------------------------------------------
 
 
-def _direct(m: Maker) -> list[Suite]:
-    one = [m.lights([(0, 5, 0)], [(1, 1, 1)]), m.lights(m.uniform(-9, 9, 1, 3), [(1, 0.8, 0.5)])]
-    place = [floats([(0, 5, 0), (5, 5, 0)]), m.uniform(-9, 9, 3, 3), m.uniform(-90, 90, 3, 3)]
-    many = [m.lights(each, m.uniform(0.2, 0.9, len(each), 3)) for each in place]
-    bright = [m.lights([(0, 5, 0), (0, 7, 1)], [(9, 9, 9), (5, 6, 7)])]
-    named = {"one": one, "sum": many, "bright": bright, "none": [m.lights([], ())]}
+def _direct() -> list[Recipe]:
+    sets = {"one": _single, "sum": _several, "bright": _bright, "none": _no_light}
     return [
-        Suite(
-            f"direct_light.{name}",
-            tuple(direct(m, lights) for lights in sets),
-            TOLERANCE,
-            REASON,
-        )
-        for name, sets in named.items()
+        Recipe(f"direct_light.{name}", partial(_under, make), TOLERANCE, REASON)
+        for name, make in sets.items()
     ]
+
+
+def _under(make: Callable[[Maker], list[Array]], m: Maker) -> list[Question]:
+    return [direct(m, lights) for lights in make(m)]
+
+
+def _single(m: Maker) -> list[Array]:
+    drawn = m.lights(m.uniform(-9, 9, 1, 3), [(1, 0.8, 0.5)])
+    return [m.lights([(0, 5, 0)], [(1, 1, 1)]), drawn]
+
+
+def _several(m: Maker) -> list[Array]:
+    place = [floats([(0, 5, 0), (5, 5, 0)]), m.uniform(-9, 9, 3, 3), m.uniform(-90, 90, 3, 3)]
+    return [m.lights(each, m.uniform(0.2, 0.9, len(each), 3)) for each in place]
+
+
+def _bright(m: Maker) -> list[Array]:
+    return [m.lights([(0, 5, 0), (0, 7, 1)], [(9, 9, 9), (5, 6, 7)])]
+
+
+def _no_light(m: Maker) -> list[Array]:
+    return [m.lights([], ())]
 
 
 def direct(m: Maker, lights: Array, count: int = 40) -> Question:
@@ -150,48 +186,73 @@ def direct(m: Maker, lights: Array, count: int = 40) -> Question:
 # ---- Patterns -----------------------------------------------------------------------------------
 
 
-def _checkers(m: Maker) -> list[Suite]:
-    cells = {
-        "positive": m.rng.integers(0, 6, (CASES, 3)),
-        "negative": m.rng.integers(-6, 0, (CASES, 3)),
-        "placed": m.rng.integers(-6, 6, (CASES, 3)),
-    }
-    simple = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0)])
-    cells["positive"][:4], cells["negative"][:4] = simple, -1 - simple
-    made = []
-    for name, cell in cells.items():
-        size = m.uniform(0.2, 2, CASES) if name == "placed" else np.ones(CASES, np.float32)
-        start = m.uniform(-2, 2, CASES, 3) * (name == "placed")
-        mat = m.materials(CASES, pattern=1, pattern_size=size, pattern_origin=start)
-        mat["kd2"] = m.uniform(0.05, 0.95, CASES, 3)
-        mat["kd"][:4], mat["kd2"][:4] = 1, 0
-        within = m.uniform(0.1, 0.9, CASES, 3)
-        within[:4] = 0.5
-        p = (start + (cell + within) * size[:, None]).astype(np.float32)
-        question = Question(Batch("checker_color", {"mat": mat, "p": p}, {}))
-        made.append(Suite(f"checker_color.{name}", (question,), 1e-5, COPIED))
-    return made
+def _checkers() -> list[Recipe]:
+    return [
+        Recipe(f"checker_color.{name}", partial(_cubes, *cells, name == "placed"), 1e-5, COPIED)
+        for name, cells in {"positive": (0, 6), "negative": (-6, 0), "placed": (-6, 6)}.items()
+    ]
 
 
-def _textures(m: Maker) -> list[Suite]:
-    height, width = 5, 8
-    world = {**m.world(), "texels": m.uniform(0.05, 0.95, height, width, 3)}
-    i, j = (each.ravel() for each in np.meshgrid(np.arange(width), np.arange(height)))
-    around = (i + m.uniform(0.1, 0.9, len(i)) - width / 2) / width * 2 * np.pi
-    down = (j + m.uniform(0.1, 0.9, len(j))) / height * np.pi
-    high = np.sin(down)
-    d = np.stack([np.sin(around) * high, np.cos(down), np.cos(around) * high], axis=1)
+def _cubes(low: int, high: int, placed: bool, m: Maker) -> list[Question]:
+    """Return points in cubes whose numbers lie between low and high, of side 1 unless placed."""
+    cell = m.rng.integers(low, high, (CASES, 3))
+    if not placed:
+        simple = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0)])
+        cell[:4] = simple if high > 0 else -1 - simple
+    size = m.uniform(0.2, 2, CASES) if placed else np.ones(CASES, np.float32)
+    start = m.uniform(-2, 2, CASES, 3) * placed
+    mat = m.materials(CASES, pattern=1, pattern_size=size, pattern_origin=start)
+    mat["kd2"] = m.uniform(0.05, 0.95, CASES, 3)
+    mat["kd"][:4], mat["kd2"][:4] = 1, 0
+    within = m.uniform(0.1, 0.9, CASES, 3)
+    within[:4] = 0.5
+    p = (start + (cell + within) * size[:, None]).astype(np.float32)
+    return [Question(Batch("checker_color", {"mat": mat, "p": p}, {}))]
+
+
+def _textures() -> list[Recipe]:
+    suites = {"texel": _texels, "scaled": _globes, "seam": _seam, "missing": _untextured}
+    return [
+        Recipe(f"texture_color.{name}", partial(_one, make), 1e-5, COPIED)
+        for name, make in suites.items()
+    ]
+
+
+def _texels(m: Maker) -> Question:
+    return _wrapped(m, _to_texels(m))
+
+
+def _globes(m: Maker) -> Question:
+    way = _to_texels(m)
+    way *= m.uniform(0.3, 4, len(way), 1)
+    return _wrapped(m, way, m.uniform(-2, 2, len(way), 3))
+
+
+def _seam(m: Maker) -> Question:
     ends = floats([(0, 1, 0), (0, -1, 0), (0, 0, -1), (0, 0.6, -0.8), (0, -0.6, -0.8)])
-    seam = stack(ends, ends * floats([1, 1, 1]) + floats([1e-7, 0, 0]))
-    named = {"texel": d, "scaled": d * m.uniform(0.3, 4, len(d), 1), "seam": seam}
-    made = []
-    for name, way in named.items():
-        mat = m.materials(len(way), pattern=2)
-        if name == "scaled":
-            mat["pattern_origin"] = m.uniform(-2, 2, len(way), 3)
-        p = (mat["pattern_origin"] + way).astype(np.float32)
-        question = Question(Batch("texture_color", {"mat": mat, "p": p}, world))
-        made.append(Suite(f"texture_color.{name}", (question,), 1e-5, COPIED))
+    return _wrapped(m, stack(ends, ends + floats([1e-7, 0, 0])))
+
+
+def _untextured(m: Maker) -> Question:
     bare = {"mat": m.materials(4, pattern=2), "p": m.unit(4)}
-    missing = Question(Batch("texture_color", bare, m.world()))
-    return [Suite("texture_color.missing", (missing,), 1e-5, COPIED), *made]
+    return Question(Batch("texture_color", bare, m.world()))
+
+
+ROWS, COLUMNS = 5, 8  # of the texture
+
+
+def _to_texels(m: Maker) -> Array:
+    """Return a direction towards each texel, well inside it."""
+    i, j = (each.ravel() for each in np.meshgrid(np.arange(COLUMNS), np.arange(ROWS)))
+    around = (i + m.uniform(0.1, 0.9, len(i)) - COLUMNS / 2) / COLUMNS * 2 * np.pi
+    down = (j + m.uniform(0.1, 0.9, len(j))) / ROWS * np.pi
+    high = np.sin(down)
+    return np.stack([np.sin(around) * high, np.cos(down), np.cos(around) * high], axis=1)
+
+
+def _wrapped(m: Maker, way: Array, center: Array = NONE) -> Question:
+    """Return points at some way from the centre of their sphere."""
+    world = {**m.world(), "texels": m.uniform(0.05, 0.95, ROWS, COLUMNS, 3)}
+    mat = m.materials(len(way), pattern=2, pattern_origin=center)
+    p = (mat["pattern_origin"] + way).astype(np.float32)
+    return Question(Batch("texture_color", {"mat": mat, "p": p}, world))

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -10,7 +12,7 @@ from grader.authoring.expected.vectors import tp3, tp4
 from grader.authoring.expected.vectors.maker import (
     Maker,
     Question,
-    Suite,
+    Recipe,
     floats,
     integers,
     norm1,
@@ -26,45 +28,62 @@ REASON = "a few float operations; the fifth power may be made by powf"
 DRAWS = 400  # of glass_color for each angle
 
 
-def suites(m: Maker) -> list[Suite]:
-    """Return the suites of TP5."""
-    return [*_reflectance(m), *_schlick(m), *_uses(m), *_samples(m), *_glass(m), *_fractal(m)]
+def recipes() -> list[Recipe]:
+    """Return how the suites of TP5 are made."""
+    return [
+        Recipe("reflectance.any", _indices, TOLERANCE, REASON),
+        *_schlick(),
+        Recipe("fresnel_use.lobe", _in_the_lobe, tp3.TOLERANCE, tp3.REASON),
+        Recipe("fresnel_use.mirror", _in_the_mirror, COLOR, COLOR_REASON),
+        *_samples(),
+        *_glass(),
+        Recipe("populate_spheres.any", _fractal, 1e-3, "a few float operations a generation"),
+    ]
 
 
 # ---- Fresnel ------------------------------------------------------------------------------------
 
 
-def _reflectance(m: Maker) -> list[Suite]:
+def _indices(m: Maker) -> list[Question]:
     simple = floats([(1, 1.5), (1.5, 1), (1, 3), (1.33, 1.33), (2, 1)])
     both = stack(simple, m.uniform(1, 3, 40, 2))
-    batch = Batch("reflectance", {"n1": both[:, 0], "n2": both[:, 1]}, {})
-    return [Suite("reflectance.any", (Question(batch),), TOLERANCE, REASON)]
+    return [Question(Batch("reflectance", {"n1": both[:, 0], "n2": both[:, 1]}, {}))]
 
 
-def _schlick(m: Maker) -> list[Suite]:
+def _schlick() -> list[Recipe]:
+    views = {"normal": lambda m, n: n, "grazing": _across, "angle": _aslant, "negative": _behind}
+    return [
+        Recipe(f"fresnel_schlick.{name}", partial(_viewed, view), TOLERANCE, REASON)
+        for name, view in views.items()
+    ]
+
+
+def _viewed(view: Callable[[Maker, Array], Array], m: Maker) -> list[Question]:
     n = m.unit(CASES)
     n[:3] = (0, 1, 0)
     kr = m.uniform(0.02, 0.9, CASES, 3)
     kr[0] = 0.5
-    across = norm1(np.cross(n, m.unit(CASES)))
-    across[0] = (1, 0, 0)
-    angle = m.around(n, 0.05, 0.95)
-    angle[0] = (0.96, 0.28, 0)
-    behind = -m.around(n, 0.1)
-    behind[0] = (0, -1, 0)
-    views = {"normal": n, "grazing": across, "angle": angle, "negative": behind}
-    return [
-        Suite(
-            f"fresnel_schlick.{name}",
-            (Question(Batch("fresnel_schlick", {"kr": kr, "n": n, "v": v}, {})),),
-            TOLERANCE,
-            REASON,
-        )
-        for name, v in views.items()
-    ]
+    return [Question(Batch("fresnel_schlick", {"kr": kr, "n": n, "v": view(m, n)}, {}))]
 
 
-def _uses(m: Maker) -> list[Suite]:
+def _across(m: Maker, n: Array) -> Array:
+    return _starting((1, 0, 0), norm1(np.cross(n, m.unit(len(n)))))
+
+
+def _aslant(m: Maker, n: Array) -> Array:
+    return _starting((0.96, 0.28, 0), m.around(n, 0.05, 0.95))
+
+
+def _behind(m: Maker, n: Array) -> Array:
+    return _starting((0, -1, 0), -m.around(n, 0.1))
+
+
+def _starting(first: tuple[float, float, float], vectors: Array) -> Array:
+    vectors[0] = first
+    return vectors
+
+
+def _in_the_lobe(m: Maker) -> list[Question]:
     n, v, light = tp3.directions(m)
     near = tp3.shading(m, n, v, light)
     args = near.batch.args
@@ -76,30 +95,39 @@ def _uses(m: Maker) -> list[Suite]:
         return {**args, "mat": changed}
 
     by_normal = tp3.with_fresnel(m, near.batch, args["mat"], n, v, put)[1]
+    return [Question(on, (by_normal,))]
+
+
+def _in_the_mirror(m: Maker) -> list[Question]:
     sky = tp4.mirrors(m, m.core.zeros("object", 0), 60)
     sky.args["it"]["mat"]["kr"][:30] *= 0.1
-    lobe = Suite("fresnel_use.lobe", (Question(on, (by_normal,)),), tp3.TOLERANCE, tp3.REASON)
-    mirror = tp4.staged(m, sky, on=True)
-    return [lobe, Suite("fresnel_use.mirror", (mirror,), COLOR, COLOR_REASON)]
+    return [tp4.staged(m, sky, on=True)]
 
 
 # ---- Samples ------------------------------------------------------------------------------------
 
 
-def _samples(m: Maker) -> list[Suite]:
-    flat = [_edge(m, samples, 0, upright, 0.9) for samples, upright in ((2, False), (3, True))]
-    shares = [(n, k, upright) for n in (2, 3, 4) for k in range(1, n) for upright in (False, True)]
-    mean = [_edge(m, n, k, upright, 0.9) for n, k, upright in [(1, 0, True), *shares]]
-    clamped = [_edge(m, n, k, upright, 5.0) for n, k, upright in shares]
-    named = {"uniform": flat, "mean": mean, "clamped": clamped}
+SHARES = [(n, k, upright) for n in (2, 3, 4) for k in range(1, n) for upright in (False, True)]
+
+
+def _samples() -> list[Recipe]:
+    edges = {
+        "uniform": ([(2, 0, False), (3, 0, True)], 0.9),
+        "mean": ([(1, 0, True), *SHARES], 0.9),
+        "clamped": (SHARES, 5.0),
+    }
     reason = (
         "a square is 0.05 of contrast at least; a plane seen along itself, where the options are"
         " ignored, mirrors the sky by a share that changes across the pixel"
     )
     return [
-        Suite(f"pixel_color.{name}", tuple(questions), 0.03, reason)
-        for name, questions in named.items()
+        Recipe(f"pixel_color.{name}", partial(_edges, *each), 0.03, reason)
+        for name, each in edges.items()
     ]
+
+
+def _edges(shares: list[tuple[int, int, bool]], red: float, m: Maker) -> list[Question]:
+    return [_edge(m, n, k, upright, red) for n, k, upright in shares]
 
 
 def _edge(m: Maker, samples: int, covered: int, upright: bool, red: float) -> Question:
@@ -146,42 +174,70 @@ def _refracted(m: Maker, normal: Array, direction: Array) -> Batch:
     return Batch("refracted_ray", {"out": m.blank("ray", count), "in": rays, "it": hits}, m.world())
 
 
-def _glass(m: Maker) -> list[Suite]:
-    normal, direction = tp4.arriving(m, CASES, 0.05)
-    entering = _refracted(m, normal, direction)
+def _glass() -> list[Recipe]:
+    rays = {"entering": _entering, "leaving": _leaving, "total": _total, "scaled": _scaled}
+    draws = {"odds": _at_angles, "plain": _by_ks}
+    return [
+        *(
+            Recipe(f"refracted_ray.{name}", partial(_asked, make), 1e-3, REASON)
+            for name, make in rays.items()
+        ),
+        *(
+            Recipe(f"glass_color.{name}", make, COLOR, "a share of random draws")
+            for name, make in draws.items()
+        ),
+    ]
+
+
+def _asked(make: Callable[[Maker], Batch], m: Maker) -> list[Question]:
+    return [Question(make(m))]
+
+
+def _entering(m: Maker) -> Batch:
+    return _refracted(m, *tp4.arriving(m, CASES, 0.05))
+
+
+def _scaled(m: Maker) -> Batch:
+    """Return rays that enter with directions that are not unit."""
+    batch = _entering(m)
+    batch.args["in"]["dir"] *= m.uniform(0.3, 4, CASES, 1)
+    return batch
+
+
+def _outwards(m: Maker) -> tuple[Batch, Array]:
+    """Return rays from inside, and what stands under the root for each."""
+    normal, _ = tp4.arriving(m, CASES, 0.05)
     outwards = m.around(normal, 0.05, 0.98)
     outwards[0] = normal[0]
-    leaving = _refracted(m, normal, outwards)
-    leaving.args["it"]["mat"]["refraction_index"][2:] = m.uniform(1.05, 1.8, CASES - 2)
-    long = entering.args["in"].copy()
-    long["dir"] *= m.uniform(0.3, 4, CASES, 1)
-    # Near the limit of total reflection, rounding decides.
+    batch = _refracted(m, normal, outwards)
+    batch.args["it"]["mat"]["refraction_index"][2:] = m.uniform(1.05, 1.8, CASES - 2)
     sine2 = 1 - np.einsum("ij,ij->i", normal, outwards) ** 2
-    rest = 1 - leaving.args["it"]["mat"]["refraction_index"] ** 2 * sine2
-    batches = {
-        "entering": entering,
-        "leaving": only(leaving, rest > 0.02),
-        "total": only(leaving, rest < -0.02),
-        "scaled": replace(entering, args={**entering.args, "in": long}),
-    }
-    suites = [
-        Suite(f"refracted_ray.{name}", (Question(each),), 1e-3, REASON)
-        for name, each in batches.items()
-    ]
-    questions = tuple(_drawn(m, cosine, index) for cosine, index in _ANGLES)
-    # Diamond: there the index makes the share, where elsewhere the angle does.
-    questions += (_drawn(m.aside(), 1.0, 2.5),)
-    plain = tuple(_drawn(m.aside(), 0.1, 1.5, ks) for ks in ((1, 0, 0.5), (0, 1, 0.5)))
-    reason = "a share of random draws"
-    return [
-        *suites,
-        Suite("glass_color.odds", questions, COLOR, reason),
-        Suite("glass_color.plain", plain, COLOR, reason),
-    ]
+    return batch, 1 - batch.args["it"]["mat"]["refraction_index"] ** 2 * sine2
 
 
-# Cosine of the angle, index: the share that is reflected is about 4, 21, 35 and 61 %.
-_ANGLES = ((1.0, 1.5), (0.3, 1.5), (0.2, 1.3), (0.1, 1.5))
+def _leaving(m: Maker) -> Batch:
+    batch, under_root = _outwards(m)
+    return only(batch, under_root > LIMIT)
+
+
+def _total(m: Maker) -> Batch:
+    batch, under_root = _outwards(m)
+    return only(batch, under_root < -LIMIT)
+
+
+LIMIT = 0.02  # nearer to the limit of total reflection, rounding decides
+
+# Cosine of the angle, index: the share that is reflected is about 4, 21, 35 and 61 %; then diamond:
+# there the index makes the share, where elsewhere the angle does.
+ANGLES = ((1.0, 1.5), (0.3, 1.5), (0.2, 1.3), (0.1, 1.5), (1.0, 2.5))
+
+
+def _at_angles(m: Maker) -> list[Question]:
+    return [_drawn(m, cosine, index) for cosine, index in ANGLES]
+
+
+def _by_ks(m: Maker) -> list[Question]:
+    return [_drawn(m, 0.1, 1.5, ks) for ks in ((1, 0, 0.5), (0, 1, 0.5))]
 
 
 def _drawn(
@@ -207,11 +263,10 @@ def _drawn(
 # ---- The fractal --------------------------------------------------------------------------------
 
 
-def _fractal(m: Maker) -> list[Suite]:
+def _fractal(m: Maker) -> list[Question]:
     depth = integers([0, 1, 2, 3, 4])
     up = stack(floats([(0, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 0)]), m.unit(1))
     center, radius = m.uniform(-2, 2, 5, 3), m.uniform(0.5, 2, 5)
     center[:3], radius[:3] = 0, 1
     args = {"center": center, "radius": radius, "up": up, "depth": depth}
-    question = Question(Batch("populate_spheres", args, m.world()))
-    return [Suite("populate_spheres.any", (question,), 1e-3, "a few float operations a generation")]
+    return [Question(Batch("populate_spheres", args, m.world()))]

@@ -1,0 +1,129 @@
+"""TP4, bonus: the octree."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from grader.authoring.expected.vectors import solids, tp2
+from grader.authoring.expected.vectors.maker import (
+    Maker,
+    Recipe,
+    floats,
+    norm1,
+    only,
+    result,
+    stack,
+)
+from grader.authoring.expected.vectors.tp4 import YES_OR_NO, asked, ball
+from grader.checking.expected_data import Array, Batch
+
+TALL = ("CYLINDER", "CONE")
+
+
+def recipes() -> list[Recipe]:
+    """Return how the suites of the octree are made."""
+    walks = {"hits": _hits, "misses": _misses, "planes": _planes}
+    boxes = {"overlap": _overlaps, "tall": _reaches}
+    exactness = {**dict.fromkeys(walks, solids.EXACTNESS), **dict.fromkeys(boxes, (0.0, YES_OR_NO))}
+    return [
+        Recipe(f"octree.{name}", partial(asked, make), *exactness[name])
+        for name, make in {**walks, **boxes}.items()
+    ]
+
+
+def _searches(m: Maker, scenes: list[Array]) -> list[Batch]:
+    """Return rays towards the spheres of scenes, and two plain ones."""
+    made = []
+    simple = m.rays([(0, 0, 5), (0, 9, 0)], [(0, 0, -1), (0, 0, 1)])
+    for scene in scenes:
+        args = {"r": stack(simple, tp2.towards(m, scene, 160))}
+        args["it"] = m.blank("intersection", 162)
+        batch = Batch("intersect_scene", args, m.world(scene, octree=True))
+        made.append(m.steady(batch, "r.orig"))
+    return made
+
+
+def _hits(m: Maker) -> list[Batch]:
+    scenes = [ball(m), tp2.cloud(m, 30), _crowd(m)]
+    made = [*_searches(m, scenes), _each(m, scenes[-1])]
+    return [only(each, result(m.ask(each))) for each in made]
+
+
+def _misses(m: Maker) -> list[Batch]:
+    made = _searches(m, [tp2.cloud(m, 30), _crowd(m)])
+    return [only(each, ~result(m.ask(each))) for each in made]
+
+
+def _planes(m: Maker) -> list[Batch]:
+    """Return rays that meet planes only: in the tree, nothing."""
+    flat = tp2.cloud(m, 6, planes=2)
+    down = m.rays(floats([(20, 0, 20), (30, 3, 0)]), floats([0, -1, 0]))
+    args = {"r": down, "it": m.blank("intersection", 2)}
+    balls = Batch("intersect_scene", args, m.world(flat[flat["type"] == 1], octree=True))
+    return [replace(balls, globals=m.world(flat, octree=True), answers=m.ask(balls).answers)]
+
+
+def _crowd(m: Maker) -> Array:
+    """Many small spheres, large ones around and behind a part of them, and one far away."""
+    made = m.objects("SPHERE", 200, center=m.uniform(-3, 3, 200, 3))
+    made["radius"] = m.uniform(0.08, 0.25, 200)
+    made["radius"][7::40] = 1.5
+    made["center"][11] = (30, 2, 1)
+    return made
+
+
+def _each(m: Maker, scene: Array) -> Batch:
+    """Return a ray for each sphere, from near by: one that stands alone in its box counts too."""
+    away = m.unit(len(scene))
+    start = scene["center"] + (scene["radius"][:, None] + m.uniform(0.2, 1, len(scene), 1)) * away
+    args = {"r": m.rays(start, -away), "it": m.blank("intersection", len(scene))}
+    return m.steady(Batch("intersect_scene", args, m.world(scene, octree=True)), "r.orig")
+
+
+def _overlaps(m: Maker) -> list[Batch]:
+    """Spheres that are clearly in a box, or reach into it, or are far; and planes, in none."""
+    count = 90
+    boxes = m.core.zeros("box", count)
+    corner, sides = m.uniform(-3, 3, count, 3), m.uniform(0.5, 3, count, 3)
+    corner[:3], sides[:3] = 0, 1
+    boxes["min"], boxes["max"] = corner, corner + sides
+    objects = m.objects("SPHERE", count, radius=m.uniform(0.1, 1, count))
+    objects["radius"][:3] = (0.25, 1, 1)
+    inside = corner + sides * m.uniform(0, 1, count, 3)
+    away = corner + sides / 2 + m.unit(count) * m.uniform(9, 15, count, 1)
+    objects["center"] = np.where(np.arange(count)[:, None] % 2, away, inside)
+    # The centre is outside, above one face, and half of the radius reaches in.
+    beside, axis = np.arange(4, count, 4), np.arange(4, count, 4) // 4 % 3
+    reach = (corner + sides)[beside, axis] + objects["radius"][beside] / 2
+    objects["center"][beside, axis] = reach
+    objects["center"][:3] = [(0.5, 0.5, 0.5), (20, 0, 0), (0.5, 0.5, 1.5)]
+    planes = m.objects("PLANE", 6, normal=(0, 1, 0), dist=m.uniform(-1, 1, 6))
+    args = {"b": stack(boxes, boxes[:6]), "obj": stack(objects, planes)}
+    return [Batch("box_overlaps_object", args, {})]
+
+
+def _reaches(m: Maker) -> list[Batch]:
+    return [_reaching(m, kind) for kind in TALL]
+
+
+def _reaching(m: Maker, kind: str) -> Batch:
+    """Boxes around a point that is in a cylinder or a cone: near its rim, its ends or its tip."""
+    count = 90
+    objects = m.objects(kind, count, base=m.uniform(-3, 3, count, 3), axis=m.unit(count))
+    objects["length"], objects["radius"] = m.uniform(0.5, 3, count), m.uniform(0.2, 1.5, count)
+    up, out = m.uniform(0.02, 0.98, count), np.full(count, 0.97, np.float32)
+    up[::3], up[1::3] = 0.02, 0.98
+    aside = norm1(np.cross(objects["axis"], m.unit(count)))
+    objects["base"][:2], objects["axis"][:2], aside[:2] = 0, (0, 1, 0), (1, 0, 0)
+    objects["length"][:2], objects["radius"][:2] = 2, 1
+    if kind == "CONE":
+        out *= 1 - up
+    along = (up * objects["length"])[:, None] * objects["axis"]
+    point = objects["base"] + along + (out * objects["radius"])[:, None] * aside
+    boxes = m.core.zeros("box", count)
+    boxes["min"] = point - m.uniform(0.02, 0.3, count, 3)
+    boxes["max"] = point + m.uniform(0.02, 0.3, count, 3)
+    return Batch("box_overlaps_object", {"b": boxes, "obj": objects}, {})
