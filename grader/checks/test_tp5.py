@@ -75,7 +75,7 @@ def test_fresnel_use_mirror(student: Student) -> None:
 
 @pytest.mark.check("tp5.pixel_color.mean")
 def test_pixel_color_mean(student: Student) -> None:
-    """Across an edge, the colours mix in proportion to the squares on each side."""
+    """On an edge, each colour counts for the share of the samples that see it."""
     check_results(student, "pixel_color.mean")
 
 

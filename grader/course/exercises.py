@@ -33,6 +33,7 @@ class Check:
     id: str
     exercise: str
     points: int
+    function: str  # the one that it calls: of several, not always the exercise's first
     twin: str = ""  # the check without which this one earns nothing
     needs: tuple[str, ...] = ()  # exercises whose functions right code calls in this check
     judges: tuple[str, ...] = ()  # exercises among them whose functions this check judges too
@@ -149,6 +150,7 @@ def _exercise(row: dict[str, Any]) -> Exercise:
                 name,
                 row["id"],
                 share,
+                rule.get("function") or _called(name, row["functions"]),
                 rule.get("twin", ""),
                 tuple(rule.get("needs", row["depends"])),
                 tuple(rule.get("judges", ())),
@@ -157,6 +159,12 @@ def _exercise(row: dict[str, Any]) -> Exercise:
             for (name, rule), share in zip(rules.items(), points, strict=True)
         ),
     )
+
+
+def _called(check: str, functions: list[str]) -> str:
+    """Return the function that a check is named after; of the others, the exercise's first."""
+    subject = check.split(".")[1]
+    return subject if subject in functions else functions[0]
 
 
 def _verify(manifest: Manifest, path: Path) -> None:
@@ -169,6 +177,12 @@ def _verify(manifest: Manifest, path: Path) -> None:
     wrong += [name for check in checks for name in check.needs if name not in ids]
     wrong += [name for check in checks for name in check.judges if name not in check.needs]
     wrong += [name for check in checks for name in check.proven.values() if name not in known]
+    wrong += [
+        check.function
+        for each in manifest.exercises
+        for check in each.checks
+        if check.function not in each.functions
+    ]
     if len(known) != len(checks):
         wrong.append("a check stands twice")
     if wrong:

@@ -22,6 +22,7 @@ _WORST_FIRST = (
     Outcome.PASSED,
 )
 _DONE_WRONG = (Outcome.FAILED, Outcome.CRASHED, Outcome.TIMEOUT)
+MOST_DIRECT = 3  # the last level of help
 # The function was never judged: its question would lead astray.
 _BESIDE = (
     *("failure.missing", "failure.not_built", "failure.not_linked", "failure.unreadable"),
@@ -98,6 +99,15 @@ class _Telling:
         found = self.texts.get(f"question.{finding.check}")
         for level in range(2, self.hint + 1):
             found = self.texts.get(f"hint.{finding.check}.{level}", found)
+        return found
+
+    def further(self, finding: Finding) -> dict[int, str]:
+        """Return what the next levels of help say, by level, where they say something more."""
+        told, found = self.help(finding), {}
+        for level in range(self.hint + 1, MOST_DIRECT + 1):
+            more = replace(self, hint=level).help(finding)
+            if more != told:
+                found[level] = told = more
         return found
 
     def _mistakes(self, ids: Sequence[str]) -> str:
@@ -183,13 +193,14 @@ def _judge(
         id=check.id,
         exercise=exercise.id,
         tp=exercise.tp,
-        function=exercise.functions[0],
+        function=check.function,
         title=texts.get(f"title.{check.id}", finding.title),
         outcome=outcome,
         points=check.points if passed else round(share * check.points),
         max_points=check.points,
         message=message,
         hint="" if passed or _is_beside(finding) else telling.help(finding),
+        hints={} if passed or _is_beside(finding) else telling.further(finding),
         note=telling.note(finding, exercise, outcome),
         location=finding.location,
         output=finding.output if outcome in _DONE_WRONG else "",

@@ -72,6 +72,7 @@ class CheckResult:
     max_points: int
     message: str = ""
     hint: str = ""
+    hints: Mapping[int, str] = field(default_factory=dict)  # more direct ones, by level
     note: str = ""
     location: str = ""
     output: str = ""

@@ -19,6 +19,7 @@ from grader.course.message import UserError
 
 PACK = exercises.PACKAGE / "intake" / "originals.zip"
 REFERENCE = exercises.ROOT / "reference"
+_UTF8_BOM = b"\xef\xbb\xbf"
 
 
 class OriginalsError(UserError):
@@ -39,6 +40,19 @@ def read(in_place: bool) -> Mapping[str, bytes]:
     return _from_pack(PACK) if in_place or not has_solution() else from_core()
 
 
+def is_same(content: bytes, original: bytes) -> bool:
+    """Whether a file is the original, however an editor ends its lines."""
+    return _plain(content) == _plain(original)
+
+
+def untouched(files: Mapping[str, bytes], in_place: bool) -> frozenset[str]:
+    """Return the names of the files that are still as they were handed out."""
+    handed_out = read(in_place)
+    return frozenset(
+        name for name, content in files.items() if is_same(content, handed_out.get(name, b""))
+    )
+
+
 def has_solution() -> bool:
     """Whether the solution lies beside the grader: never in a student's copy."""
     return all((REFERENCE / name).is_file() for name in exercises.load().student)
@@ -55,6 +69,10 @@ def from_core() -> dict[str, bytes]:
                 "machine.given_missing", name=f"core_c/{name}", error=error.strerror
             ) from error
     return found
+
+
+def _plain(content: bytes) -> bytes:
+    return content.removeprefix(_UTF8_BOM).replace(b"\r\n", b"\n").strip()
 
 
 def packed(files: Mapping[str, bytes]) -> bytes:

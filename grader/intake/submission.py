@@ -28,7 +28,6 @@ MAX_FOLDERS = 200
 SHIM = "mrt_shim.c"  # the name is ours: a submission's file of that name is not taken
 
 _SANE_NAME = re.compile(r"[A-Za-z0-9_]+\.[ch]")
-_UTF8_BOM = b"\xef\xbb\xbf"
 _TOP = PurePosixPath(".")
 
 __all__ = ["SHIM", "SubmissionError", "read_submission"]
@@ -206,12 +205,8 @@ def _source(entry: Entry, path: Path) -> Source:
 def _changed(given: Mapping[str, bytes], handed_out: Mapping[str, bytes]) -> Iterator[str]:
     """Name the given files that are not the original, however an editor ends its lines."""
     for name, content in given.items():
-        if _plain(content) != _plain(handed_out[name]):
+        if not originals.is_same(content, handed_out[name]):
             yield name
-
-
-def _plain(content: bytes) -> bytes:
-    return content.removeprefix(_UTF8_BOM).replace(b"\r\n", b"\n").strip()
 
 
 def _nearby(folder: Path, taken: Mapping[str, bytes]) -> list[Source]:

@@ -31,13 +31,19 @@ _FIELDS: dict[str, type | tuple[type, ...]] = {
 def update(folder: Path, content: dict[str, Any]) -> None:
     """Put `history`, `changes` and `same_files_as` into the content of results.json; keep the run.
 
+    A partial run, whose folder lies in that of the full ones, is told what they found, `earlier`.
     Raises OSError when the file cannot be written.
     """
-    if content["partial"] or content["incomplete"]:
+    if content["incomplete"]:
         return
-    runs = read(folder)
     run = _run(content)
+    runs = read(folder.parent if content["partial"] else folder)
     earlier = [each for each in runs if each["submission"] == run["submission"]]
+    if content["partial"]:
+        if earlier:
+            found = earlier[-1]["exercises"].items()
+            content["earlier"] = {name: each["outcome"] for name, each in found}
+        return
     content["changes"] = changes(earlier, run)
     if earlier and earlier[-1]["files"] == run["files"]:
         content["same_files_as"] = earlier[-1]["graded_at"]

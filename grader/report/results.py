@@ -20,6 +20,7 @@ from grader.build.records import BuildResult, BuildStatus
 from grader.course import exercises as manifest
 from grader.course.texts import Texts
 from grader.evaluation.records import CheckResult, ExerciseResult, Outcome, Report
+from grader.intake import originals
 from grader.intake.records import Source, Submission
 
 Row = Mapping[str, Any]  # a part of results.json
@@ -75,23 +76,25 @@ def _moment(seconds: float) -> str:
 
 
 def _submission(submission: Submission) -> dict[str, Any]:
+    untouched = originals.untouched(submission.files, submission.in_place)
     return {
         "name": submission.name,
         "files": {
             name: hashlib.sha256(content).hexdigest() for name, content in submission.files.items()
         },
-        "sources": [_source(each) for each in submission.sources],
+        "sources": [_source(each, each.name in untouched) for each in submission.sources],
         "nearby": [_source(each) for each in submission.nearby],
         "refused": [{"path": each.path, "reason": each.reason} for each in submission.refused],
         "changed": list(submission.changed),
     }
 
 
-def _source(source: Source) -> dict[str, Any]:
+def _source(source: Source, untouched: bool = False) -> dict[str, Any]:
     return {
         "name": source.name,
         "path": _text(source.path),
         "modified": _moment(source.modified),
+        **({"untouched": True} if untouched else {}),
     }
 
 
@@ -211,6 +214,10 @@ def _exercise(result: ExerciseResult, checks: Sequence[CheckResult]) -> dict[str
     }
 
 
+def _hints(result: CheckResult) -> list[dict[str, Any]]:
+    return [{"level": level, "text": text} for level, text in result.hints.items()]
+
+
 def image_name(result: CheckResult, role: str) -> str:
     """Return where a picture of a check stands, beside results.json."""
     return f"{IMAGES}/{result.id}-{role}.png"
@@ -243,6 +250,7 @@ def _check(result: CheckResult, files: Mapping[str, bytes]) -> dict[str, Any]:
         "max_points": result.max_points / 100,
         "message": result.message,
         "hint": result.hint,
+        **({"hints": _hints(result)} if result.hints else {}),
         "note": result.note,
         "location": result.location,
         "excerpt": _excerpt(result.location, files),

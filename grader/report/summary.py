@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import datetime
 
+from grader.course import exercises
 from grader.course.texts import Texts
 from grader.report.results import Row
 
@@ -21,7 +22,9 @@ class Summary:
     texts: Texts
 
     def age(self, source: Row) -> str:
-        """Return when a file was last written, counted from the grading."""
+        """Return when a file was last written, counted from the grading, unless nobody has."""
+        if source.get("untouched"):
+            return self.texts.say("age.untouched")
         graded = datetime.fromisoformat(self.content["graded_at"])
         seconds = int((graded - _moment(source)).total_seconds())
         return self.texts.age(seconds, source["modified"][:10])
@@ -110,6 +113,40 @@ class Summary:
         if same and any(each["outcome"] != "passed" for each in self.content["exercises"]):
             yield say("history.same_files", since=self.when(same)), ""
 
+    def state(self, exercise: Row) -> str:
+        """Return what became of an exercise; that of a file that does not compile is not known."""
+        if exercise["outcome"] == "failed" and self._is_rejected(exercise):
+            return "not_compiled"
+        return str(exercise["outcome"])
+
+    def _is_rejected(self, exercise: Row) -> bool:
+        return exercise["file"] in self.content["build"]["rejected"]
+
+    def praise(self) -> Iterator[Line]:
+        """Say a word when a whole TP, or all of them, have just become right."""
+        content, say = self.content, self.texts.say
+        whole = [each for each in content["tps"] if each["score"] == _worth(each["tp"])]
+        if len(whole) == len(exercises.load().tps):
+            points = self.points(content["score"], content["max_score"])
+            yield say("report.all_done", points=points), "green"
+            return
+        fixed = {each["exercise"] for each in content["changes"] if each["kind"] == "fixed"}
+        tps = {each["tp"] for each in content["exercises"] if each["id"] in fixed}
+        is_first = content["partial"] or len(content["history"]) < 2
+        for each in whole:
+            if is_first or each["tp"] in tps:
+                points = self.points(each["score"], each["max_score"])
+                yield say("report.tp_done", tp=each["tp"], points=points), "green"
+
+    def by_tp(self) -> Iterator[Line]:
+        """Say the points of each TP in one line, where there are several."""
+        rows = self.content["tps"]
+        if len(rows) > 1 and self.content["score"]:
+            told = [
+                f"TP{each['tp']} {self.points(each['score'], each['max_score'])}" for each in rows
+            ]
+            yield self.texts.say("report.by_tp", points=", ".join(told)), ""
+
     def next_exercise(self) -> Row | None:
         """Return the first exercise that can be worked on, bonuses last."""
         ready = [
@@ -128,10 +165,9 @@ class Summary:
             names = ", ".join(content["build"]["rejected"])
             yield say("report.compile_first", names=names), ""
             return
-        exercises = content["exercises"]
-        outcomes = {each["outcome"] for each in exercises}
+        outcomes = {each["outcome"] for each in content["exercises"]}
         if outcomes == {"passed"}:
-            yield say("report.done"), "green"
+            yield from self._after()
             return
         if outcomes == {"todo"}:
             yield say("report.all_todo"), ""
@@ -139,10 +175,50 @@ class Summary:
             yield say("report.todo_legend"), ""
         exercise = self.next_exercise()
         if exercise:
-            checks = [each for each in content["checks"] if each["exercise"] == exercise["id"]]
-            values = {key: exercise[key] for key in ("id", "function", "file")}
-            # The middle of a check's id is what K= takes.
-            yield say("report.next", keyword=checks[0]["id"].split(".")[1], **values), "bold"
+            # Of several functions, the first that is not right.
+            check = next(
+                each
+                for each in content["checks"]
+                if each["exercise"] == exercise["id"] and each["outcome"] != "passed"
+            )
+            yield self._next(exercise["id"], check["function"], exercise["file"], check["id"])
+
+    def _next(self, name: str, function: str, file: str, check: str) -> Line:
+        # The middle of a check's id is what K= takes, where a function has two exercises.
+        values = {"id": name, "function": function, "file": file, "keyword": check.split(".")[1]}
+        return self.texts.say("report.next", **values), "bold"
+
+    def _after(self) -> Iterator[Line]:
+        """Say what comes after exercises that are all right: those of this run, or of them all."""
+        yield self.texts.say("report.done"), "green"
+        found = self.content.get("earlier", {}).items()
+        right = {name for name, outcome in found if outcome == "passed"}
+        right |= {each["id"] for each in self.content["exercises"]}
+        opened = self.content["opened_tps"]
+        left = [
+            each
+            for each in exercises.load().exercises
+            if each.checks and each.tp in opened and each.id not in right
+        ]
+        if not self.content["partial"]:
+            return
+        if not left:
+            yield self.texts.say("report.grade_all"), ""
+            return
+        # Onwards from here; what was left behind, and bonuses, come last.
+        done = max(_order(each["id"]) for each in self.content["exercises"])
+        then = min(left, key=lambda each: (each.bonus, _order(each.id) < done, _order(each.id)))
+        yield self._next(then.id, then.functions[0], then.file, then.checks[0].id)
+
+
+def _order(name: str) -> int:
+    return [each.id for each in exercises.load().exercises].index(name)
+
+
+def _worth(tp: int) -> float:
+    """Return the points of a whole TP, without its bonuses."""
+    own = [each for each in exercises.load().exercises if each.tp == tp and not each.bonus]
+    return sum(each.points for each in own if each.checks) / 100
 
 
 def _moment(source: Row) -> datetime:

@@ -24,6 +24,7 @@ _STYLES = {
     "timeout": "red",
     "error": "magenta",
 }  # what is to do, or waits, has none
+STRONG = "strong"  # the isolation of which nothing need be said
 _TO_EXPLAIN = ("failed", "crashed", "timeout", "error")
 
 
@@ -53,10 +54,13 @@ class View:
         yield "", ""
         yield from self.summary.unjudged()
         yield from self.summary.totals()
+        yield from self.summary.by_tp()
         yield from self.summary.changes()
+        yield from self.summary.praise()
         yield "", ""
         yield from self.summary.next_step()
-        yield say(f"isolation.{content['isolation']}"), "dim"
+        if content["isolation"] != STRONG:
+            yield say(f"isolation.{content['isolation']}"), "dim"
         yield say("report.saved", path=self.path), "dim"
 
     def _sources(self) -> Iterator[Line]:
@@ -107,7 +111,7 @@ class View:
         for tp in tps:
             rows = self._rows(tp)
             is_later = current is not None and tp > current
-            if is_later and not any(each["outcome"] in _STYLES for each in rows):
+            if is_later and not any(self.summary.state(each) in _STYLES for each in rows):
                 folded.append((tp, rows))
             else:
                 yield from self._full_tp(tp, rows)
@@ -136,12 +140,13 @@ class View:
     def _full_tp(self, tp: int, rows: list[Row]) -> Iterator[Line]:
         yield "", ""
         yield self._title(tp), "bold"
-        columns = [[self.texts.say(f"outcome.{each['outcome']}") for each in rows]]
+        states = [self.summary.state(each) for each in rows]
+        columns = [[self.texts.say(f"outcome.{state}") for state in states]]
         columns += [[each[key] for each in rows] for key in ("id", "title", "function")]
         columns = [_padded(column) for column in columns]
         columns, ends = self._fitted(columns, rows)
-        for each, end, *words in zip(rows, ends, *columns, strict=True):
-            yield f"  {'  '.join(words)}  {end}", _STYLES.get(each["outcome"], "")
+        for state, end, *words in zip(states, ends, *columns, strict=True):
+            yield f"  {'  '.join(words)}  {end}", _STYLES.get(state, "")
 
     def _fitted(
         self, columns: list[list[str]], rows: list[Row]
@@ -204,12 +209,20 @@ class View:
             if printed:
                 yield f"  {self.texts.say('report.printed')}", ""
                 yield from ((f"    {line[:MAX_PRINTED_WIDTH]}", "dim") for line in printed)
+        yield from self._more_help(shown)
         pixels = [each["pixel"] for each in checks if "pixel" in each]
         yield from ((f"  {pixel['told']}", "") for pixel in pixels[:1])
         if len(checks) > len(shown):
             keyword = checks[0]["id"].split(".")[1]
             count = len(checks) - len(shown)
             yield "  " + self.texts.say("report.more_checks", count=count, keyword=keyword), ""
+
+    def _more_help(self, checks: list[Row]) -> Iterator[Line]:
+        """Say how to ask for the next hint, where there is one."""
+        levels = [each["hints"][0]["level"] for each in checks if "hints" in each]
+        if levels:
+            values = {"id": checks[0]["exercise"], "level": min(levels)}
+            yield "  " + self.texts.say("report.more_help", **values), "dim"
 
     def _notes(self) -> Iterator[Line]:
         """Yield what there is to know besides, the same words once for all their exercises."""

@@ -140,3 +140,16 @@ def test_malformed_exercises_are_set_aside_too(tmp_path: Path) -> None:
     path.write_text(json.dumps(data), encoding="utf-8")
     assert history.read(tmp_path) == []
     assert (tmp_path / "history.unreadable").exists()
+
+
+def test_a_partial_run_knows_what_the_last_full_one_found(tmp_path: Path) -> None:
+    """By exercise, of the same submission; it is not kept itself."""
+    history.update(tmp_path, content(30, TP2_4=("todo", 0), TP4_1=("passed", 7)))
+    part = {**content(42, TP2_4=("passed", 8)), "partial": True}
+    history.update(tmp_path / "partial", part)
+    assert part["earlier"] == {"TP2.4": "todo", "TP4.1": "passed"}
+    other = {**content(43, name="autre", TP2_4=("passed", 8)), "partial": True}
+    history.update(tmp_path / "partial", other)
+    assert "earlier" not in other
+    assert [each["graded_at"][14:16] for each in history.read(tmp_path)] == ["30"]
+    assert history.read(tmp_path / "partial") == []

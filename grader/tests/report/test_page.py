@@ -105,10 +105,20 @@ def test_outcomes_are_words_and_signs(whole: Make) -> None:
     """Each with a sign of its own, so that nothing rests on a colour."""
     html = whole()
     signs = dict(re.findall(r'class="outcome (\w+)"><span[^>]*>(.)</span>', html))
-    assert set(signs) == {"passed", "failed", "todo", "crashed", "timeout", "blocked", "error"}
-    assert len(set(signs.values())) == len(signs)
+    to_write = {"todo", "not_compiled"}  # the same: nobody has been told that it is wrong
+    assert set(signs) == {"passed", "failed", "crashed", "timeout", "blocked", "error"} | to_write
+    assert len(set(signs.values())) == len(signs) - 1
     for name in signs:
         assert f"</span> {Texts('fr').say(f'outcome.{name}')}</span>" in html
+
+
+def test_hints_are_folded_until_they_are_asked_for(whole: Make) -> None:
+    """Below the question, the more precise one first, with words for what is inside."""
+    html = whole("en")
+    folded = re.findall(r'<details class="more"><summary>([^<]*)</summary><p class="hint">', html)
+    assert folded[:2] == ["A hint", "The most direct hint"]
+    first = next(each for each in every_outcome("en")["checks"] if "hints" in each)
+    assert markup.typeset(first["hints"][0]["text"], "en") in html
 
 
 def test_what_a_submission_wrote_is_inert(whole: Make) -> None:

@@ -16,6 +16,7 @@ from grader import commands
 from grader.build import toolchain
 from grader.build.records import Target
 from grader.build.toolchain import Compiler
+from grader.checking import expected_data
 from grader.course import exercises, settings
 from grader.course.exercises import PACKAGE, ManifestError
 from grader.course.message import Message
@@ -158,6 +159,31 @@ def test_what_a_broken_file_keeps_waiting_says_so() -> None:
     ):
         ((result,), _) = grade([finding], RULES, Texts("fr"), rejected=rejected)
         assert (result.outcome, result.note) == (Outcome.BLOCKED, note)
+
+
+def test_the_more_direct_hints_come_along() -> None:
+    """Those beyond the level that was asked for, of a check that may have a question at all."""
+    check = RULES.exercises[0].checks[0].id
+    finding = Finding(check, "title", Outcome.FAILED, Message("failure.twin"))
+    texts = Texts("fr")
+    for level, levels in ((1, [2, 3]), (2, [3]), (3, [])):
+        ((result,), _) = grade([finding], RULES, texts, hint=level)
+        assert [*result.hints] == levels
+        assert all(result.hints[k] == texts.get(f"hint.{check}.{k}") for k in levels)
+    passed = Finding(check, "title", Outcome.PASSED)
+    ((result,), _) = grade([passed], RULES, texts)
+    assert result.hints == {}
+
+
+def test_a_check_names_the_function_that_it_calls() -> None:
+    """Of an exercise of several, not always the first: that of its suite of inputs."""
+    for check in RULES.checks().values():
+        suite = exercises.EXPECTED / f"{check.id.partition('.')[2]}.npz"
+        if suite.exists():
+            arrays = expected_data.arrays_of(suite, expected_data.rules_of(suite))
+            called = str(arrays["0.function"])
+            if called in RULES.exercise(check.exercise).functions:
+                assert check.function == called, check.id
 
 
 def test_a_death_while_loading_has_no_call_to_name() -> None:

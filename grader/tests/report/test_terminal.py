@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from grader.course import exercises as manifest
 from grader.course.texts import Texts
 from grader.report import terminal
 
@@ -33,6 +34,7 @@ def check(number: int, outcome: str, name: str = "a", **other: str) -> dict[str,
 def content(*rows: tuple[dict[str, Any], list[dict[str, Any]]], **other: Any) -> dict[str, Any]:
     """Return the content of results.json with these exercises and checks."""
     exercises = [row for row, _ in rows]
+    counted = [each for each in exercises if not each["bonus"]]
     return {
         "graded_at": "2026-03-02T08:00:00+01:00",
         "submission": {"name": "rendu", "sources": [], "nearby": []},
@@ -47,8 +49,17 @@ def content(*rows: tuple[dict[str, Any], list[dict[str, Any]]], **other: Any) ->
         "partial": False,
         "opened_tps": [1, 2, 3],
         "unjudged_tps": [5],
+        "tps": [
+            {
+                "tp": tp,
+                "score": sum(each["points"] for each in counted if each["tp"] == tp),
+                "max_score": sum(each["max_points"] for each in counted if each["tp"] == tp),
+            }
+            for tp in sorted({each["tp"] for each in counted})
+        ],
         "changes": [],
         "same_files_as": "",
+        "history": [],
         "exercises": exercises,
         "checks": [each for _, checks in rows for each in checks],
         **other,
@@ -199,7 +210,7 @@ def test_what_changed_stands_between_the_total_and_the_next_step() -> None:
         "Your files are exactly those of the last time (07:30). Have you saved them?",
         "",
     ]
-    assert lines[-3].startswith("Next step: TP1.2")
+    assert lines[-2].startswith("Next step: TP1.2")
     assert lines[-1] == "Report: build/grade/report.html"
 
 
@@ -218,6 +229,122 @@ def test_each_file_comes_with_its_age() -> None:
         "Est-ce celle que vous vouliez faire juger ?",
         "Autre version : old/octree.c, modifié le 2026-01-30.",
     ]
+
+
+def test_a_file_that_nobody_has_changed_has_no_age() -> None:
+    """Its date is that of the archive."""
+    files = [{**source("main.c", "02-27T08:00"), "untouched": True}]
+    lines = shown(content(submission={"name": "rendu", "sources": files, "nearby": []}))
+    assert lines[1] == "  core_c/main.c  tel que distribué"
+
+
+def test_only_a_weak_isolation_is_told() -> None:
+    """Of the strongest nothing need be said."""
+    said = {
+        level: [line for line in shown(content(*THREE, isolation=level)) if "solation" in line]
+        for level in ("strong", "medium", "portable")
+    }
+    assert said["strong"] == []
+    assert len(said["medium"]) == len(said["portable"]) == 1
+
+
+def test_the_points_of_each_tp_stand_in_one_line() -> None:
+    """Where there are several and some points; of a part of the exercises, nothing."""
+    rows = [
+        (exercise(1, "passed", 4), [check(1, "passed")]),
+        (exercise(2, "failed", 1.5, tp=2), [check(2, "failed")]),
+    ]
+    assert "Par TP : TP1 4 / 4, TP2 1,5 / 4" in shown(content(*rows))
+    assert not any(line.startswith("Par TP") for line in shown(content(rows[0])))
+
+
+TP1 = [
+    (exercise(k, "passed", points, max_points=points), [check(k, "passed")])
+    for k, points in enumerate((2, 2, 3, 4, 4), start=1)
+]
+BRAVO = "TP1 terminé, 15 / 15. Bravo !"
+
+
+def test_a_whole_tp_is_praised_when_it_has_become_right() -> None:
+    """The first time, or when it was asked for; not again at each run, nor for a part of it."""
+    fixed = {"exercise": "TP1.3", "kind": "fixed", "points": 3, "was": 0}
+    other = (exercise(9, "failed", 0, tp=2), [check(9, "failed")])
+    runs: list[dict[str, Any]] = [{}, {}]
+    assert BRAVO in shown(content(*TP1, other))
+    assert BRAVO in shown(content(*TP1, partial=True))
+    assert BRAVO in shown(content(*TP1, other, history=runs, changes=[fixed]))
+    assert BRAVO not in shown(content(*TP1, other, history=runs))
+    assert not any("Bravo" in line for line in shown(content(*TP1[:3], partial=True)))
+
+
+def test_everything_right_is_praised() -> None:
+    """With the whole of the points."""
+    rows = [
+        (exercise(k, "passed", points, tp=k, max_points=points), [check(k, "passed")])
+        for k, points in enumerate((15, 30, 20, 20, 15), start=1)
+    ]
+    assert "100 / 100 : tous les TP sont justes. Bravo !" in shown(content(*rows))
+
+
+def step(**other: Any) -> list[str]:
+    """Return what is said to do after TP1.2 alone is right."""
+    row = (exercise(2, "passed", 2, max_points=2), [check(2, "passed")])
+    lines = shown(content(row, partial=True, opened_tps=[1, 2], **other))
+    return lines[lines.index("Tout ce qui a été vérifié est juste.") + 1 : -1]
+
+
+def test_after_a_success_comes_the_next_exercise() -> None:
+    """With its command: onwards first, then what was left behind, bonuses last."""
+    following = "Prochaine étape : TP1.3, la fonction horizontal_gradient dans main.c."
+    assert step() == [f"{following} Puis : make grade K=horizontal_gradient"]
+    known = {each.id: "passed" for each in manifest.load().exercises}
+    behind = step(earlier={**known, "TP1.1": "failed", "TP2.B1": "todo"})
+    assert behind[0].startswith("Prochaine étape : TP1.1, la fonction fill_red")
+    bonus = step(earlier={**known, "TP2.B1": "todo"})
+    assert bonus[0].startswith("Prochaine étape : TP2.B1, la fonction intersect_cylinder")
+    assert "Pour tout juger : make grade" in step(earlier=known)[0]
+
+
+def test_the_function_to_go_on_with_is_the_one_that_is_wrong() -> None:
+    """Of an exercise of several functions, not always the first; in the details too."""
+    row = exercise(1, "failed", 2, id="TP5.1", tp=5, function="reflectance")
+    names = {"exercise": "TP5.1"}
+    right = check(1, "passed", **names, function="reflectance")
+    wrong = check(1, "failed", "angle", **names, function="fresnel_schlick")
+    lines = shown(content((row, [right, wrong])))
+    assert any(line.startswith("TP5.1 fresnel_schlick - ligne angle") for line in lines)
+    assert any(
+        line.startswith("Prochaine étape : TP5.1, la fonction fresnel_schlick") for line in lines
+    )
+
+
+def test_the_next_hint_is_offered() -> None:
+    """After a failure, the command that asks for it; nothing when there is none."""
+    more = [{"level": 2, "text": "Deux."}, {"level": 3, "text": "Trois."}]
+    asked = shown(content((exercise(1, "failed", 2), [{**check(1, "failed"), "hints": more}])))
+    at = asked.index("  Question ?")
+    assert asked[at + 1] == "  Pour une indication plus précise : make grade K=TP1.1 HINT=2"
+    told = shown(content((exercise(1, "failed", 2), [{**check(1, "failed"), "hints": more[1:]}])))
+    assert told[at + 1].endswith("HINT=3")
+    last = shown(content((exercise(1, "failed", 2), [check(1, "failed")])))
+    assert not any("HINT" in line for line in last)
+
+
+def test_what_a_broken_file_holds_is_not_said_to_be_wrong() -> None:
+    """Its exercises are not built; those of later TPs stay folded, as those to come do."""
+    build = {
+        **{"ok": False, "errors": [], "log": "", "warnings": []},
+        "rejected": {"main.c": "main.c ne compile pas"},
+    }
+    rows = [
+        (exercise(1, "failed", 0), [check(1, "failed")]),
+        (exercise(2, "failed", 0, tp=2), [check(2, "failed")]),
+        (exercise(3, "failed", 1, tp=3, file="octree.c"), [check(3, "failed")]),
+    ]
+    lines = shown(content(*rows, build=build))
+    assert "  non compilé  TP1.1  titre 1  f1  0 / 4" in lines
+    assert "TP2 - Rayons lumineux et objets : à venir, 4 points" in lines
+    assert "  à revoir  TP1.3  titre 3  f3  1 / 4" in lines
 
 
 def test_later_and_closed_tps_fold_into_a_line() -> None:
