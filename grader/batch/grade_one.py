@@ -24,8 +24,7 @@ from grader.course import exercises
 from grader.course.message import UserError
 from grader.course.sizes import sizes_for
 from grader.course.texts import Texts
-from grader.evaluation.pipeline import report_of
-from grader.evaluation.plugin import run_checks
+from grader.evaluation.pipeline import report_of, run_checks
 from grader.evaluation.records import Report
 from grader.execution.libraries import Libraries
 from grader.intake import originals

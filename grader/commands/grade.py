@@ -15,8 +15,7 @@ from typing import Any
 from grader.build.target import BuildError
 from grader.course.exercises import Manifest
 from grader.course.texts import Texts
-from grader.evaluation.pipeline import report_of
-from grader.evaluation.plugin import run_checks
+from grader.evaluation.pipeline import report_of, run_checks
 from grader.evaluation.records import Report
 from grader.execution.libraries import Libraries
 from grader.report import history, junit, page, results, terminal

@@ -1,17 +1,67 @@
-"""From a submission's findings to its report: the same for one submission and for a class."""
+"""From a submission to its report, the same for one and for a class; each step is a function.
+
+run: pytest runs the checks, and each becomes a finding
+attribute: what another exercise may have spoilt is run again among the reference's functions
+with_worst_pixels: of a wrong picture, the first value that goes wrong in its worst pixel
+with_mistakes: the known mistakes that give just these wrong answers
+grade: points and sentences
+"""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
+from pathlib import Path
 
+from grader.checking.expected_data import FOLDER, ExpectedError
+from grader.checking.student import Student
 from grader.course import settings
 from grader.course.exercises import Manifest
 from grader.course.texts import Texts
-from grader.evaluation import remarks
-from grader.evaluation.grading import grade
-from grader.evaluation.records import Finding, Report
+from grader.evaluation import plugin, remarks
+from grader.evaluation.attribution import attribute
+from grader.evaluation.grading import grade, settle
+from grader.evaluation.recognition import with_mistakes
+from grader.evaluation.records import Finding, Outcome, PytestError, Report
+from grader.evaluation.worst_pixel import with_worst_pixel
 from grader.execution.libraries import Libraries
+
+
+def run_checks(
+    libraries: Libraries,
+    rules: Manifest,
+    tp: int | None,
+    chosen: Collection[str] | None = None,
+    folder: Path = FOLDER,
+) -> list[Finding]:
+    """Run the chosen checks (None: all) of a TP (None: of those that count).
+
+    `folder` is that of the expected data. Raises PytestError.
+    """
+    checks = plugin.GraderPlugin(libraries, rules, tp, folder, chosen=chosen)
+    findings = plugin.run(checks)
+    findings = attribute(findings, rules, libraries, folder, checks.again)
+    findings = with_worst_pixels(findings, rules, libraries, folder)
+    try:
+        return with_mistakes(findings, rules, folder)
+    except ExpectedError as error:
+        raise PytestError(str(error)) from error
+
+
+def with_worst_pixels(
+    findings: Sequence[Finding], rules: Manifest, libraries: Libraries, folder: Path
+) -> list[Finding]:
+    """Return the findings; those on wrong pictures that will be shown tell of their worst pixel."""
+
+    def looked_at(finding: Finding, outcome: Outcome) -> Finding:
+        if outcome is not Outcome.FAILED or not finding.evidence.spots or finding.evidence.pinned:
+            return finding
+        exercise = rules.exercise(rules.checks()[finding.check].exercise)
+        student = Student(libraries.lend(exercise.file), folder, exercise.functions)
+        return with_worst_pixel(finding, student)
+
+    outcomes = [each.outcome for each in settle(findings, rules)]
+    return [looked_at(*pair) for pair in zip(findings, outcomes, strict=True)]
 
 
 def report_of(

@@ -14,21 +14,21 @@ from pathlib import Path
 
 import pytest
 
-from grader.checking.expected_data import FOLDER, ExpectedError
+from grader.checking.expected_data import FOLDER
 from grader.checking.records import Evidence
-from grader.checking.student import CallDied, Student, Wrong
-from grader.course import settings
+from grader.checking.student import SIZES, CallDied, Student, Wrong
+from grader.course import exercises, settings
 from grader.course.exercises import PACKAGE, Manifest
-from grader.course.texts import Texts
-from grader.evaluation.attribution import attribute
-from grader.evaluation.grading import grade, settle
+from grader.course.texts import Texts, preferred
+from grader.evaluation.grading import grade
 from grader.evaluation.outcomes import outcome_of, was_killed
 from grader.evaluation.prefetch import Prefetch, RunResult
-from grader.evaluation.recognition import is_picture, with_mistakes
+from grader.evaluation.recognition import is_picture
 from grader.evaluation.records import Finding, Outcome, PytestError
 from grader.evaluation.worst_pixel import with_worst_pixel
 from grader.execution.libraries import Libraries
 from grader.execution.worker_process import MachineError
+from grader.intake.submission import read_submission
 
 CHECKS = PACKAGE / "checks"
 MAX_OUTPUT = 1000  # characters of what a check's code printed that go into the report
@@ -46,20 +46,29 @@ _STUDENT = pytest.StashKey[Student]()
 _CHECK = pytest.StashKey[str]()
 
 
-def run_checks(
-    libraries: Libraries,
-    rules: Manifest,
-    tp: int | None,
-    chosen: Collection[str] | None = None,
-    folder: Path = FOLDER,
-) -> list[Finding]:
-    """Run the chosen checks (None: all) of a TP (None: of those that count).
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Declare the options of `pytest grader/checks`, a run without the command line."""
+    group = parser.getgroup("grader")
+    group.addoption("--submission", type=Path, default=exercises.CORE, metavar="PATH")
+    group.addoption("--expected", type=Path, default=FOLDER, metavar="DIR")
 
-    `folder` is that of the expected data. Raises PytestError.
-    """
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Build the submission and hand it to the checks, unless the command line has done so."""
+    if any(isinstance(each, GraderPlugin) for each in config.pluginmanager.get_plugins()):
+        return
+    submission = read_submission(config.getoption("submission"))
+    libraries = Libraries(submission, SIZES, exercises.ROOT / "build" / "cache")
+    config.add_cleanup(libraries.close)
+    folder = config.getoption("expected")
+    plugin = GraderPlugin(libraries, exercises.load(), None, folder, Texts(preferred()))
+    config.pluginmanager.register(plugin, "grader")
+
+
+def run(plugin: GraderPlugin) -> list[Finding]:
+    """Run the checks that a plugin chooses, under pytest. Raises PytestError."""
     # Neither a plugin that happens to be installed nor the project's own settings have a say here.
     os.environ["PYTEST_DISABLE_PLUGIN_AUTOLOAD"] = "1"
-    plugin = GraderPlugin(libraries, rules, tp, folder, chosen=chosen)
     arguments = ["-c", os.devnull, "--rootdir", str(CHECKS), "--strict-markers", "-W", "ignore"]
     arguments += ["--import-mode=importlib", *(f"-pno:{name}" for name in _UNUSED)]
     with contextlib.redirect_stderr(io.StringIO()) as said, contextlib.closing(plugin.ahead):
@@ -69,28 +78,7 @@ def run_checks(
     failed = (pytest.ExitCode.INTERNAL_ERROR, pytest.ExitCode.USAGE_ERROR)
     if plugin.failure or status in failed:
         raise PytestError(plugin.failure or f"pytest ended with {status}: {said.getvalue()}")
-    findings = attribute(plugin.findings, rules, libraries, folder, plugin.again)
-    findings = _pinned(findings, rules, libraries, folder)
-    try:
-        return with_mistakes(findings, rules, folder)
-    except ExpectedError as error:
-        raise PytestError(str(error)) from error
-
-
-def _pinned(
-    findings: list[Finding], rules: Manifest, libraries: Libraries, folder: Path
-) -> list[Finding]:
-    """Return the findings; those on wrong pictures that will be shown tell of their worst pixel."""
-
-    def looked_at(finding: Finding, outcome: Outcome) -> Finding:
-        if outcome is not Outcome.FAILED or not finding.evidence.spots or finding.evidence.pinned:
-            return finding
-        exercise = rules.exercise(rules.checks()[finding.check].exercise)
-        student = Student(libraries.lend(exercise.file), folder, exercise.functions)
-        return with_worst_pixel(finding, student)
-
-    outcomes = [each.outcome for each in settle(findings, rules)]
-    return [looked_at(*pair) for pair in zip(findings, outcomes, strict=True)]
+    return plugin.findings
 
 
 class GraderPlugin:

@@ -16,7 +16,7 @@ from pathlib import Path
 from grader.authoring.bench.programs import BenchError
 from grader.course import exercises
 from grader.course.sizes import sizes_for
-from grader.evaluation.plugin import run_checks
+from grader.evaluation.pipeline import run_checks
 from grader.execution.libraries import Libraries
 from grader.execution.session_socket import SessionSocket
 from grader.intake.submission import read_submission

@@ -28,7 +28,7 @@ from grader.course.sizes import PICTURE, sizes_for
 from grader.course.texts import Texts
 from grader.evaluation import recognition
 from grader.evaluation.grading import grade
-from grader.evaluation.plugin import run_checks
+from grader.evaluation.pipeline import run_checks
 from grader.evaluation.records import CheckResult, Outcome
 from grader.execution import death_messages
 from grader.execution.libraries import Libraries, NotBuilt

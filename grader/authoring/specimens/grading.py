@@ -12,8 +12,7 @@ from grader.checking.expected_data import FOLDER
 from grader.course import exercises
 from grader.course.sizes import sizes_for
 from grader.course.texts import Texts
-from grader.evaluation.pipeline import report_of
-from grader.evaluation.plugin import run_checks
+from grader.evaluation.pipeline import report_of, run_checks
 from grader.evaluation.recognition import is_picture
 from grader.evaluation.records import CheckResult, Finding, Report
 from grader.execution.libraries import Libraries

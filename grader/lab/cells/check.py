@@ -59,7 +59,7 @@ class Judge:
 
     def judge(self, exercise: Exercise) -> Judged:
         """Run the checks of an exercise. Raises Stopped."""
-        from grader.evaluation.plugin import run_checks
+        from grader.evaluation.pipeline import run_checks
 
         try:
             libraries = self._open(core_folder(), sizes_for(exercise.tp))

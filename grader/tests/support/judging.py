@@ -9,7 +9,7 @@ from grader.course import exercises
 from grader.course.sizes import sizes_for
 from grader.course.texts import Texts
 from grader.evaluation.grading import grade
-from grader.evaluation.plugin import run_checks
+from grader.evaluation.pipeline import run_checks
 from grader.evaluation.records import CheckResult
 from grader.execution.libraries import Libraries
 from grader.intake.records import Submission
