@@ -45,7 +45,7 @@ class Answers:
     batch: Batch
     answer: Answer
     hidden: tuple[str, ...] = ()
-    name: str = ""  # in the testimony
+    name: str = ""  # in the observations
     observations: Observations = field(default_factory=Observations)
 
     @property

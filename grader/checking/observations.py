@@ -1,7 +1,7 @@
 """What a check saw of a submission's answers and found wrong: what a diagnosis is made from.
 
 The checks note every part of the answers that is not right, by a name that is the same in every
-run, before they complain about its simplest case. Two submissions with the same testimonies in all
+run, before they complain about its simplest case. Two submissions with the same observations in all
 the checks of an exercise have made the same mistake there, or mistakes that no check tells apart.
 """
 
@@ -16,9 +16,6 @@ import numpy as np
 import numpy.typing as npt
 
 Array = npt.NDArray[Any]
-
-# Names of what is no answer.
-_PICTURE, _SUSPECT = "picture ", "suspect "
 
 
 @dataclass(frozen=True)
@@ -47,10 +44,12 @@ class Observation:
 
 
 class Observations:
-    """The wrong parts of one check, by their names."""
+    """The wrong parts of one check, by their names; of a picture, which it was besides."""
 
     def __init__(self) -> None:
         self.parts: dict[str, Observation] = {}
+        self.pictures: list[str] = []  # the expected ones that were looked at
+        self.candidates: list[str] = []  # ids of known mistakes that may explain what is wrong
         self._batches = 0
 
     def next_batch(self) -> str:
@@ -77,26 +76,12 @@ class Observations:
                 values = np.asarray(got)[cases].reshape(len(cases), -1).astype(np.float32)
             self.parts[name] = Observation(cases, values, tolerance)
 
-    def look_at(self, picture: str, suspects: Iterable[str] = ()) -> None:
+    def look_at(self, picture: str, candidates: Iterable[str] = ()) -> None:
         """Put down which expected picture was looked at, and the mistakes that may explain it."""
-        for name in (_PICTURE + picture, *(_SUSPECT + each for each in suspects)):
-            self.parts[name] = Observation(np.zeros(0, np.int64), np.zeros((0, 1), np.float32))
+        self.pictures.append(picture)
+        self.candidates += candidates
 
     def note_mask(self, name: str, mask: Array) -> None:
         """Note a mask of a picture by its digest, unless it is empty."""
         digest = hashlib.sha256(np.packbits(mask).tobytes()).digest()[:8]
         self.note(name, np.frombuffer(digest, np.uint8)[None], np.array([mask.any()]))
-
-
-def pictures(parts: Iterable[str]) -> list[str]:
-    """Return the pictures that a check looked at, from the names in its testimony."""
-    return _of_kind(_PICTURE, parts)
-
-
-def suspects(parts: Iterable[str]) -> list[str]:
-    """Return the known mistakes that may explain a picture, from the names in a testimony."""
-    return _of_kind(_SUSPECT, parts)
-
-
-def _of_kind(kind: str, parts: Iterable[str]) -> list[str]:
-    return [name.removeprefix(kind) for name in parts if name.startswith(kind)]

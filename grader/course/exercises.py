@@ -39,6 +39,16 @@ class Check:
     judges: tuple[str, ...] = ()  # exercises among them whose functions this check judges too
     proven: Mapping[str, str] = field(default_factory=dict)  # by function: the check that tells
 
+    @property
+    def is_picture(self) -> bool:
+        """Whether it judges a picture, which says too little of the code that drew it."""
+        return self.subject == "scene"
+
+    @property
+    def subject(self) -> str:
+        """What it judges: a function, a part of an exercise, or "scene"."""
+        return subject(self.id)
+
 
 @dataclass(frozen=True)
 class Exercise:
@@ -92,6 +102,11 @@ class Manifest:
                 found.add(name)
                 waiting += self.exercise(name).depends
         return frozenset(found) - {check.exercise}
+
+
+def subject(check: str) -> str:
+    """Return what the check of that id judges: the middle of "tp2.intersect_sphere.hits"."""
+    return check.split(".")[1]
 
 
 def read_toml(path: Path) -> dict[str, Any]:

@@ -23,7 +23,6 @@ from grader.course.texts import Texts, preferred
 from grader.evaluation.grading import grade
 from grader.evaluation.outcomes import outcome_of, was_killed
 from grader.evaluation.prefetch import Prefetch, RunResult
-from grader.evaluation.recognition import is_picture
 from grader.evaluation.records import Finding, Outcome, PytestError
 from grader.evaluation.worst_pixel import with_worst_pixel
 from grader.execution.libraries import Libraries
@@ -125,7 +124,7 @@ class GraderPlugin:
             and self._is_asked(self._rules.exercise(checks[_check_id(item)].exercise).tp)
         }
         counting = {checks[name].exercise for name in filter(self._counts, self._items)}
-        pictures = any(map(is_picture, self._items))
+        pictures = any(checks[name].is_picture for name in self._items)
         if counting or pictures:
             self._libraries.prepare_plain(pictures)
         for exercise in counting:
@@ -270,6 +269,8 @@ def _finding(item: pytest.Item, error: BaseException | None, seconds: float) -> 
         seconds=seconds,
         evidence=error.evidence if isinstance(error, (Wrong, CallDied)) else Evidence(),
         remarks=tuple(student.remarks) if student else (),
+        pictures=tuple(student.observations.pictures) if student else (),
+        candidates=tuple(student.observations.candidates) if student else (),
         observations=student.observations.parts if student else {},
     )
 

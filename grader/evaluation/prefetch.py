@@ -13,7 +13,6 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 
 from grader.course.exercises import Manifest
-from grader.evaluation.recognition import is_picture
 from grader.evaluation.records import Outcome
 
 
@@ -43,15 +42,15 @@ class Prefetch:
         take longest. Pictures come last.
         """
         rules = self._rules.checks()
-        functions = [name for name in checks if not is_picture(name)]
-        for name in filter(is_picture, checks):
+        functions = [name for name in checks if not rules[name].is_picture]
+        for name in (each for each in checks if rules[each].is_picture):
             exercises = {*self._rules.needed(rules[name]), rules[name].exercise}
             self._waiting[name] = {each for each in functions if rules[each].exercise in exercises}
         awaited = set[str]().union(*self._waiting.values())
         self._begin()
 
         def place(name: str) -> tuple[bool, bool, bool]:
-            if is_picture(name):
+            if rules[name].is_picture:
                 return True, False, False
             return False, name not in awaited, self._rules.exercise(rules[name].exercise).bonus
 

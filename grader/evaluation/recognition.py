@@ -1,6 +1,6 @@
 """Recognising known mistakes: a submission's wrong answers beside those that each mistake gives.
 
-The bank, `mistakes.npz` of a folder of expected data, holds the testimonies of the known mistakes
+The bank, `mistakes.npz` of a folder of expected data, holds the observations of the known mistakes
 in the checks of their exercises (authoring/expected/mistake_bank.py makes it). A mistake is
 recognised when all that is wrong in an exercise is what the mistake gives, and nothing else is;
 mistakes that the checks do not tell apart are named together, three at most. In pictures it is
@@ -20,7 +20,6 @@ from typing import Any
 
 import numpy as np
 
-from grader.checking import observations
 from grader.checking.expected_data import ExpectedError, arrays_of, read_manifest
 from grader.checking.npz import archived
 from grader.checking.observations import Array, Observation
@@ -57,7 +56,7 @@ def with_mistakes(findings: Sequence[Finding], rules: Manifest, folder: Path) ->
         own = [
             each
             for each in findings
-            if _exercise(each, rules) == exercise and not is_picture(each.check)
+            if _exercise(each, rules) == exercise and not rules.checks()[each.check].is_picture
         ]
         alone = all(each.alone for each in own if each.outcome in _WRONG)
         # What a wrong function hands on says nothing about those that use it.
@@ -67,7 +66,7 @@ def with_mistakes(findings: Sequence[Finding], rules: Manifest, folder: Path) ->
 
     def ids(finding: Finding) -> tuple[str, ...]:
         exercise = _exercise(finding, rules)
-        drawn = seen.get(exercise, ()) if is_picture(finding.check) else ()
+        drawn = seen.get(exercise, ()) if rules.checks()[finding.check].is_picture else ()
         return found.get(exercise, ()) or drawn
 
     return [_with(each, ids(each)) for each in findings]
@@ -86,8 +85,8 @@ def _in_pictures(
     """
     common: dict[str, set[str]] = {}
     for each in findings:
-        if is_picture(each.check) and each.outcome in _WRONG:
-            exercise, known = _exercise(each, rules), set(observations.suspects(each.observations))
+        if rules.checks()[each.check].is_picture and each.outcome in _WRONG:
+            exercise, known = _exercise(each, rules), set(each.candidates)
             common[exercise] = common.get(exercise, known) & known
     if not any(common.values()):
         return {}
@@ -97,7 +96,7 @@ def _in_pictures(
         if mistake.signature.keys() & right.keys() or (others and name not in others):
             common = {exercise: ids - {name} for exercise, ids in common.items()}
     for each in right.values():
-        for picture in observations.pictures(each.observations):
+        for picture in each.pictures:
             shown = set(shown_in(folder, picture))
             common = {exercise: ids - shown for exercise, ids in common.items()}
     return {name: tuple(sorted(ids)) for name, ids in common.items() if len(ids) <= MOST}
@@ -153,11 +152,6 @@ def same(seen: Signature, known: Signature) -> bool:
         and all(part.agrees(known[check][name]) for name, part in parts.items())
         for check, parts in seen.items()
     )
-
-
-def is_picture(check: str) -> bool:
-    """Whether a check judges a picture, which says too little of the code that drew it."""
-    return check.split(".")[1] == "scene"
 
 
 def _exercise(finding: Finding, rules: Manifest) -> str:

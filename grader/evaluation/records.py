@@ -45,6 +45,8 @@ class Finding:
     remarks: tuple[Message, ...] = ()  # what to know besides, also of a check that passed
     through: tuple[str, ...] = ()  # exercises in whose place the reference stood when it passed
     alone: bool = False  # wrong with the reference's versions of all that it needs: its own fault
+    pictures: tuple[str, ...] = ()  # the expected ones that were looked at
+    candidates: tuple[str, ...] = ()  # ids of known mistakes that may explain a wrong picture
     observations: Mapping[str, Any] = field(default_factory=dict)  # what was wrong, by name
 
 

@@ -15,7 +15,6 @@ from grader.course.exercises import Check, Exercise, Manifest
 
 # What pytest's own expressions are made of; as parts of names they would be in half of them.
 _OPERATORS = ("and", "or", "not")
-_PICTURES = "scene"  # the middle of the id of a picture's check, which names no function
 
 
 def choose(rules: Manifest, tp: int | None, keyword: str) -> frozenset[str]:
@@ -69,7 +68,7 @@ def _has_part(word: str, exercise: Exercise) -> bool:
 
 def _subjects(exercise: Exercise) -> set[str]:
     """Return what the checks of functions are called by: the function, or what it is about."""
-    return {check.id.split(".")[1] for check in exercise.checks} - {_PICTURES}
+    return {check.subject for check in exercise.checks if not check.is_picture}
 
 
 def _names(check: Check) -> Iterator[str]:

@@ -59,8 +59,7 @@ def with_worst_pixel(finding: Finding, student: Student) -> Finding:
 
 
 def _pinned(spots: tuple[Spot, ...], student: Student) -> Pinned | None:
-    scene, _, stage = spots[0].picture.removeprefix("scene").partition(".")
-    picture = ExpectedPicture(int(scene), stage)
+    picture = ExpectedPicture.parse(spots[0].picture)
     texels = expected_files.read_texels(student.folder) if picture.scene in PATTERNED else None
     with student.stage(LIMITS, texels, **picture.options) as (session, core):
         caller, spot = _SessionCaller(session, core), spots[0]

@@ -185,7 +185,8 @@ class Summary:
 
     def _next(self, name: str, function: str, file: str, check: str) -> Line:
         # The middle of a check's id is what K= takes, where a function has two exercises.
-        values = {"id": name, "function": function, "file": file, "keyword": check.split(".")[1]}
+        keyword = exercises.subject(check)
+        values = {"id": name, "function": function, "file": file, "keyword": keyword}
         return self.texts.say("report.next", **values), "bold"
 
     def _after(self) -> Iterator[Line]:

@@ -213,7 +213,7 @@ class View:
         pixels = [each["pixel"] for each in checks if "pixel" in each]
         yield from ((f"  {pixel['told']}", "") for pixel in pixels[:1])
         if len(checks) > len(shown):
-            keyword = checks[0]["id"].split(".")[1]
+            keyword = exercises.subject(checks[0]["id"])
             count = len(checks) - len(shown)
             yield "  " + self.texts.say("report.more_checks", count=count, keyword=keyword), ""
 

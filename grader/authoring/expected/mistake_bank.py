@@ -22,7 +22,7 @@ from grader.checking.expected_data import FOLDER, read_manifest
 from grader.course import exercises
 from grader.course.exercises import ROOT
 from grader.evaluation import recognition
-from grader.evaluation.recognition import BANK, KnownMistake, is_picture
+from grader.evaluation.recognition import BANK, KnownMistake
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -75,7 +75,7 @@ def fingerprint(folder: Path) -> str:
     """Return what stands for the mistakes, and for the suites that they are put to."""
     suites = read_manifest(folder)["files"]
     changed = [(each.id, each.exercise, sorted(each.files().items())) for each in mistakes.load()]
-    checks = [name for name in exercises.load().checks() if not is_picture(name)]
+    checks = [name for name, each in exercises.load().checks().items() if not each.is_picture]
     parts = (sorted((name, rules["sha256"]) for name, rules in suites.items()), changed, checks)
     return hashlib.sha256(repr(parts).encode()).hexdigest()
 

@@ -43,7 +43,7 @@ def caught_late(mutant: Mutant, cache: Path) -> str:
 def _order(mutant: Mutant, first: str) -> Sequence[Check]:
     """Return the checks of the exercises that own the function: pictures last."""
     own = [check for name in owners(mutant.file, mutant.function) for check in _of(name)]
-    return sorted(own, key=lambda each: (each.id != first, ".scene." in each.id))
+    return sorted(own, key=lambda each: (each.id != first, each.is_picture))
 
 
 def _of(exercise: str) -> Sequence[Check]:

@@ -70,7 +70,7 @@ def faults(variant: Variant, name: str, grade: Grade) -> list[str]:
         if rows[check]["outcome"] != "todo":
             return False
         twin = known[check].twin
-        return ".scene." not in check or (bool(twin) and is_left(twin))
+        return not known[check].is_picture or (bool(twin) and is_left(twin))
 
     return [
         f"{name}: {check} ({each['outcome']}): {each['message']}"

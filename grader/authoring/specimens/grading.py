@@ -13,7 +13,6 @@ from grader.course import exercises
 from grader.course.sizes import sizes_for
 from grader.course.texts import Texts
 from grader.evaluation.pipeline import report_of, run_checks
-from grader.evaluation.recognition import is_picture
 from grader.evaluation.records import CheckResult, Finding, Report
 from grader.execution.libraries import Libraries
 from grader.intake.records import Submission
@@ -26,7 +25,7 @@ def exercise_findings(
     """Run the checks of one exercise but its pictures, on the expected data of a folder."""
     rules = exercises.load()
     chosen = rules.exercise(exercise)
-    ids = [each.id for each in chosen.checks if not is_picture(each.id)]
+    ids = [each.id for each in chosen.checks if not each.is_picture]
     with Libraries(submission, sizes_for(chosen.tp), cache) as libraries:
         findings = run_checks(libraries, rules, chosen.tp, ids, folder)
     return [each for each in findings if rules.checks()[each.check].exercise == exercise]

@@ -38,9 +38,7 @@ def shown_in(folder: Path, picture: str) -> tuple[str, ...]:
     return tuple(json.loads(arrays["ids"].tobytes())) if (arrays := _read(folder, picture)) else ()
 
 
-def suspects(
-    folder: Path, expected: Expected, got: Image, only: Mask | None = None
-) -> tuple[str, ...]:
+def near(folder: Path, expected: Expected, got: Image, only: Mask | None = None) -> tuple[str, ...]:
     """Return the mistakes that give nearly this picture, none where nothing is stored of them.
 
     `only` is where the picture was judged (None: everywhere). Raises ExpectedError.

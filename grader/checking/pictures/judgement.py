@@ -43,7 +43,7 @@ class Judgement:
     share: float = 1.0  # of the points
     images: Mapping[str, bytes] = field(default_factory=dict)
     pixels: tuple[Pixel, ...] = ()  # those to look at
-    suspects: tuple[str, ...] = ()  # known mistakes that give nearly the same picture
+    candidates: tuple[str, ...] = ()  # known mistakes that give nearly the same picture
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ def check_picture(student: Student, scene: int, stage: str, *only: str) -> None:
     texels = expected_files.read_texels(student.folder) if scene in PATTERNED else None
     got = student.picture(scene, texels, **picture.options)
     found = judge(student.folder, picture, got, only, shown=not student.waits)
-    student.observations.look_at(picture.name, found.suspects)
+    student.observations.look_at(picture.name, found.candidates)
     if found.remark:
         student.remarks.append(found.remark)
     if found.complaint:
@@ -94,7 +94,7 @@ def judge(
     """Judge a picture of shape (180, 320, 3), row 0 at the bottom, as the submission left it.
 
     `folder` is that of the expected data; `only` names the things that count. What takes long of a
-    wrong picture (images, pixels, suspects) is made when it will be `shown`. Raises ExpectedError.
+    wrong picture (images, pixels, candidates) is made when it is `shown`. Raises ExpectedError.
     """
     expected = expected_files.read(folder, picture)
     size = expected.envelope.calm.shape
@@ -119,9 +119,9 @@ def judge(
         found = _in_another_reading(case) or _wrong(case)
     if not (found.complaint and shown):
         return found
-    known = candidates.suspects(folder, expected, got, mask)
+    known = candidates.near(folder, expected, got, mask)
     pixels = worst_pixels(error, expected.envelope)
-    return replace(found, images=_images(case), pixels=pixels, suspects=known)
+    return replace(found, images=_images(case), pixels=pixels, candidates=known)
 
 
 def _counted(folder: Path, picture: ExpectedPicture, only: Sequence[str]) -> Mask | None:

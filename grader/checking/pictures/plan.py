@@ -77,6 +77,15 @@ class ExpectedPicture:
     scene: int
     stage: str
 
+    @classmethod
+    def parse(cls, name: str) -> ExpectedPicture:
+        """Return the picture of a name such as "scene4.shadows". Raises ValueError, KeyError."""
+        scene, _, stage = name.partition(".")
+        number = int(scene.removeprefix("scene"))
+        if stage not in SCENES[number]:
+            raise KeyError(name)
+        return cls(number, stage)
+
     @property
     def name(self) -> str:
         """As its files are called."""

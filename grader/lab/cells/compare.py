@@ -36,10 +36,10 @@ def plan(name: str) -> ExpectedPicture:
     """Return which scene and options a figure, or "scene4.shadows", is. Raises Stopped."""
     if name in FIGURES:
         return FIGURES[name]
-    scene, _, stage = name.removeprefix("scene").partition(".")
-    if name.startswith("scene") and scene.isdigit() and _file(name).is_file():
-        return ExpectedPicture(int(scene), stage)
-    raise Stopped(sentence("lab.no_figure", name=name, known=", ".join(FIGURES)))
+    try:
+        return ExpectedPicture.parse(name)
+    except (ValueError, KeyError):
+        raise Stopped(sentence("lab.no_figure", name=name, known=", ".join(FIGURES))) from None
 
 
 def expected(name: str) -> Array:

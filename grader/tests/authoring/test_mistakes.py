@@ -16,7 +16,6 @@ from grader.course import exercises
 from grader.course.exercises import CORE, ManifestError
 from grader.course.texts import LANGUAGES, sentences
 from grader.evaluation import recognition
-from grader.evaluation.recognition import is_picture
 
 RULES = exercises.load()
 KNOWN = mistakes.load()
@@ -51,7 +50,7 @@ def test_an_entry_names_checks_of_its_exercise() -> None:
         own = {check.id for check in RULES.exercise(each.exercise).checks}
         assert each.shows, each.id
         assert set(each.shows) <= own, each.id
-        functions = {name for name in each.shows if not is_picture(name)}
+        functions = {name for name in each.shows if not RULES.checks()[name].is_picture}
         assert set(stored[each.id].signature) == functions, each.id
 
 

@@ -16,7 +16,6 @@ from grader.authoring.expected.pictures.program import RenderProgram
 from grader.authoring.expected.pictures.sources import PictureSource
 from grader.authoring.expected.pictures.wrongs import TABLE
 from grader.authoring.specimens import mistakes
-from grader.checking import observations
 from grader.checking.expected_data import FOLDER, ExpectedError, read_manifest
 from grader.checking.pictures import candidates, expected_files
 from grader.checking.pictures.judgement import judge
@@ -68,7 +67,7 @@ def test_mistakes_are_stored_with_the_pictures_that_show_them() -> None:
 def test_a_mistake_is_found_in_another_program(name: str, picture: ExpectedPicture) -> None:
     """One in double, built otherwise: its pixels are not the stored ones."""
     source = PictureSource(name, RenderProgram(KNOWN[name].files(), ("-O1",), double=True))
-    assert judge(FOLDER, picture, source.draw(picture)).suspects == (name,)
+    assert judge(FOLDER, picture, source.draw(picture)).candidates == (name,)
 
 
 @pytest.mark.parametrize(
@@ -78,7 +77,7 @@ def test_a_mistake_is_found_in_another_program(name: str, picture: ExpectedPictu
 )
 def test_what_no_known_mistake_gives_is_not_named(wrong: object) -> None:
     """Nothing is guessed."""
-    assert judge(FOLDER, wrong.picture, wrong.drawn()).suspects == ()  # type: ignore[attr-defined]
+    assert judge(FOLDER, wrong.picture, wrong.drawn()).candidates == ()  # type: ignore[attr-defined]
 
 
 def with_drawn(folder: Path, picture: ExpectedPicture, drawn: dict[str, Image]) -> None:
@@ -112,11 +111,11 @@ def test_pictures_that_are_alike_are_suspected_together(data: Path) -> None:
     broken[0, 0] = np.nan  # the same but for what is no number
     with_drawn(data, picture, {"same": got, "alike": alike, "far": far, "broken": broken})
     expected = expected_files.read(data, picture)
-    assert candidates.suspects(data, expected, got) == ("same", "alike", "broken")
+    assert candidates.near(data, expected, got) == ("same", "alike", "broken")
     assert candidates.shown_in(data, picture.name) == ("same", "alike", "far", "broken")
     elsewhere = np.zeros(got.shape[:2], bool)
     elsewhere[60:80, 100:200] = True
-    assert candidates.suspects(data, expected, far, elsewhere) == ("far",)
+    assert candidates.near(data, expected, far, elsewhere) == ("far",)
 
 
 def test_a_file_of_mistakes_that_is_not_whole_is_refused(data: Path) -> None:
@@ -124,7 +123,7 @@ def test_a_file_of_mistakes_that_is_not_whole_is_refused(data: Path) -> None:
     picture = ExpectedPicture(0, "flat")
     (data / expected_files.FOLDER / candidates.name_of(picture.name)).write_bytes(b"spoiled")
     with pytest.raises(ExpectedError, match=r"scene0\.flat\.mistakes\.npz.*make expected"):
-        candidates.suspects(
+        candidates.near(
             data, expected_files.read(data, picture), np.ones((180, 320, 3), np.float32)
         )
 
@@ -145,11 +144,9 @@ def test_other_mistakes_make_the_pictures_drift(
 
 
 def seen(check: str, picture: str, *names: str, **fields: object) -> Finding:
-    """Return a picture's check that failed with these suspects, or passed without any."""
-    noted = observations.Observations()
-    noted.look_at(picture, names)
+    """Return a picture's check that failed with these candidates, or passed without any."""
     outcome = Outcome.FAILED if names else Outcome.PASSED
-    found = Finding(check, "title", outcome, observations=noted.parts)
+    found = Finding(check, "title", outcome, pictures=(picture,), candidates=names)
     return replace(found, **fields)  # type: ignore[arg-type]
 
 

@@ -9,7 +9,6 @@ import pytest
 
 from grader.build import substitution
 from grader.course import exercises
-from grader.evaluation.recognition import is_picture
 from grader.tests.support.judging import judge, solution
 
 # Everything in trace_ray, whatever hit_color would do at the stage.
@@ -29,7 +28,9 @@ def lost(changes: Mapping[str, str], cache: Path) -> dict[str, str]:
         assert old in files["raytracer.c"], old
         files["raytracer.c"] = files["raytracer.c"].replace(old, new)
     functions = [
-        name for name in exercises.load().checks() if not (is_picture(name) or name[:3] == "tp1")
+        name
+        for name, each in exercises.load().checks().items()
+        if not (each.is_picture or name[:3] == "tp1")
     ]
     found = judge(files, cache, chosen=functions)
     return {each.id: each.message for each in found.values() if each.outcome.value != "passed"}

@@ -8,10 +8,9 @@ from queue import Queue
 
 import pytest
 
-from grader.course import exercises as manifest
+from grader.course import exercises
 from grader.course.exercises import Manifest
 from grader.evaluation.prefetch import Prefetch, RunResult
-from grader.evaluation.recognition import is_picture
 from grader.evaluation.records import Outcome
 
 SECONDS = 30  # a test that waits longer is stuck
@@ -22,14 +21,16 @@ DONE = RunResult(None, 1.0)
 @pytest.fixture
 def rules() -> Manifest:
     """Return the course's own manifest."""
-    return manifest.load()
+    return exercises.load()
 
 
 def needed(rules: Manifest, picture: str, checks: list[str]) -> list[str]:
     """Return the checks of functions that a picture waits for."""
     known = rules.checks()
-    exercises = {*rules.needed(known[picture]), known[picture].exercise}
-    return [each for each in checks if not is_picture(each) and known[each].exercise in exercises]
+    wanted = {*rules.needed(known[picture]), known[picture].exercise}
+    return [
+        each for each in checks if not known[each].is_picture and known[each].exercise in wanted
+    ]
 
 
 class Drawing:
@@ -61,7 +62,8 @@ def test_pictures_come_last_and_what_they_wait_for_first(rules: Manifest, drawin
     order = ahead.order(checks)
     ahead.close()
     assert sorted(order) == sorted(checks)
-    assert order[-sum(map(is_picture, checks)) :] == list(filter(is_picture, checks))
+    drawn = [each for each in checks if rules.checks()[each].is_picture]
+    assert order[-len(drawn) :] == drawn
     place = {name: number for number, name in enumerate(order)}
     assert place["tp5.pixel_color.mean"] < place["tp2.intersect_cylinder.meets"]
     assert place["tp2.intersect_cylinder.meets"] < place["tp1.fill_red.every_pixel"]
