@@ -20,8 +20,9 @@ from grader.checking.expected_data import Answer, Array, Batch
 from grader.checking.observations import Observations
 from grader.checking.records import Evidence
 from grader.checking.shapes import Image, Size
-from grader.course import sizes
+from grader.course import exercises, sizes
 from grader.course.message import Message
+from grader.execution import death_messages
 from grader.execution.libraries import LibrarySet
 from grader.execution.records import Cause, Death
 from grader.execution.session import Address, Died, Library, Limits, Session
@@ -39,11 +40,14 @@ _LOADING = ""  # in the place of a function's name
 
 
 class CallDied(Exception):
-    """The student's code did not come back from a call; `evidence` holds it as a program."""
+    """The student's code did not come back from a call; `evidence` holds it as a program.
 
-    def __init__(self, death: Death, call: str, evidence: Evidence) -> None:
+    `location` is the line to look at, "file:line" or "".
+    """
+
+    def __init__(self, death: Death, call: str, evidence: Evidence, location: str) -> None:
         super().__init__(call)
-        self.death, self.call, self.evidence = death, call, evidence
+        self.death, self.call, self.evidence, self.location = death, call, evidence, location
 
 
 class Student:
@@ -150,15 +154,19 @@ class Student:
         Raises CallDied when it does not come back; at once when it has run out of time before.
         """
         if name in self._libraries.stuck:
-            raise CallDied(self._libraries.stuck[name], call(0), Evidence(reproducer=program(0)))
+            raise self._fatal(self._libraries.stuck[name], call(0), program(0))
         try:
             return act()
         except Died as error:
             if error.death.cause is Cause.TIMEOUT:
                 self._libraries.stuck[name] = error.death
             case = error.death.case
-            evidence = Evidence(reproducer=program(case))
-            raise CallDied(error.death, call(case), evidence) from error
+            raise self._fatal(error.death, call(case), program(case)) from error
+
+    def _fatal(self, death: Death, call: str, program: str) -> CallDied:
+        others = {name for each in exercises.load().exercises for name in each.functions}
+        location = death_messages.shown(death, self._own, others.difference(self._own))
+        return CallDied(death, call, Evidence(reproducer=program), location)
 
     @contextlib.contextmanager
     def _session(self, size: Size) -> Iterator[Session]:

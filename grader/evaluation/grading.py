@@ -91,11 +91,13 @@ class _Telling:
     def help(self, finding: Finding) -> str:
         """Return a question, or the hint of the level, the last that there is.
 
-        They are those of the mistake that is recognised, which the last level names; of the check
-        when there is none.
+        They are those of the mistake that is recognised, which the last level names; then those of
+        how the code ended, if it did not come back; of the check otherwise.
         """
         if known := self._mistakes(finding.evidence.mistakes):
             return known
+        if asked := death_messages.question(finding.message, self.texts, self.hint):
+            return asked
         found = self.texts.get(f"question.{finding.check}")
         for level in range(2, self.hint + 1):
             found = self.texts.get(f"hint.{finding.check}.{level}", found)

@@ -19,9 +19,9 @@ def outcome_of(error: BaseException | None) -> tuple[Outcome, Message | None, st
     if isinstance(error, Wrong):
         return Outcome.FAILED, error.message, ""
     if isinstance(error, CallDied):
-        return _death(error.death, error.call)
+        return _death(error.death, error.call, error.location)
     if isinstance(error, Died):  # before any call: while loading
-        return _death(error.death, "")
+        return _death(error.death, "", error.death.location)
     if isinstance(error, Missing):
         return Outcome.FAILED, Message("failure.missing", {"name": error.name}), ""
     if isinstance(error, NotBuilt):
@@ -37,6 +37,6 @@ def was_killed(error: Exception | None) -> bool:
     return isinstance(error, CallDied | Died) and error.death.cause is Cause.KILLED
 
 
-def _death(death: Death, call: str) -> tuple[Outcome, Message, str]:
+def _death(death: Death, call: str, location: str) -> tuple[Outcome, Message, str]:
     outcome = Outcome.TIMEOUT if death.cause is Cause.TIMEOUT else Outcome.CRASHED
-    return outcome, death_messages.message(death, call), death.location
+    return outcome, death_messages.message(death, call), location

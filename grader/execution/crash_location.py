@@ -1,4 +1,4 @@
-"""From addresses in a library to the function and the line where the code was.
+"""From addresses in a library to the calls that were running: their functions and their lines.
 
 A process in a sandbox has no /proc, and names its calls by addresses only; addr2line, which reads
 what the compiler noted in the library, is run here, shut in as well.
@@ -19,58 +19,80 @@ from grader.worker import frames
 ADDR2LINE_SECONDS = 10
 MAX_ADDRESSES = 40
 SHIM = "mrt_shim.c"
+# The address of a field, or of an item, of what NULL points to; it is never anything else.
+NULL_BYTES = 4096
+STACK_BYTES = 1 << 24  # below the stack: what is used there has outgrown it
 
-_REPORTED = re.compile(r"\(([^()\s]+)\+0x([0-9a-f]{1,16})\)")
+_REPORTED = re.compile(r"^ +#(\d+) .*?\(([^()\s]+)\+0x([0-9a-f]{1,16})\)", re.MULTILINE)
 _PLACE = re.compile(r"(?:.*/)?([\w.]+\.(?:c|h|cpp)):(\d+)")
 
 
 @dataclass(frozen=True)
 class CrashLocation:
-    """A function, and "file:line"; both "" when they are not known."""
+    """A function, and "file:line"."""
 
-    function: str = ""
-    location: str = ""
-
-
-NOWHERE = CrashLocation()
+    function: str
+    location: str
 
 
-def from_page(library: str, page: bytes) -> CrashLocation:
-    """Return where the code was when a signal came, as watch.c noted it in the session's page."""
-    base, pc, signal, count, *callers = frames.TRACE.unpack_from(page, frames.TRACE_OFFSET)
+def from_page(library: str, page: bytes) -> list[CrashLocation]:
+    """Return the calls that ran when a signal came, as watch.c noted them in the session's page."""
+    base, pc, _, _, signal, count, *callers = frames.TRACE.unpack_from(page, frames.TRACE_OFFSET)
     if signal == 0:
-        return NOWHERE
+        return []
+    callers = callers[: min(count, frames.FRAMES)]
+    if pc in callers:  # behind the calls that noted them
+        callers = callers[callers.index(pc) + 1 :]
     # A caller's address is the one to which it will be returned: its line is just before.
-    addresses = [pc, *(each - 1 for each in callers[: min(count, frames.FRAMES)])]
+    addresses = [pc, *(each - 1 for each in callers)]
     return locate(library, [each - base for each in addresses])
 
 
-def from_report(library: str, text: str) -> CrashLocation:
-    """Return the first place in the library that a sanitizer's report names by its address."""
+def fault(page: bytes) -> str:
+    """Return what was wrong with the address that could not be used; "" when nothing is known."""
+    _, _, stack, address, signal, *_ = frames.TRACE.unpack_from(page, frames.TRACE_OFFSET)
+    if signal == 0:
+        return ""
+    if address < NULL_BYTES:
+        return "null-pointer"
+    return "stack-overflow" if -STACK_BYTES <= address - stack < NULL_BYTES else ""
+
+
+def from_report(library: str, text: str) -> list[CrashLocation]:
+    """Return the calls in the library that a sanitizer's report names by their addresses.
+
+    They are those of its first stack; others say where memory was allocated, or given back.
+    """
     name = os.path.basename(library)
-    found = [
-        int(address, 16) - 1
-        for path, address in _REPORTED.findall(text)
-        if os.path.basename(path) == name
-    ]
+    found: list[int] = []
+    last = -1
+    for number, path, address in _REPORTED.findall(text):
+        if int(number) <= last:
+            break
+        last = int(number)
+        if os.path.basename(path) == name:
+            found.append(int(address, 16) - 1)
     return locate(library, found)
 
 
-def locate(library: str, offsets: Sequence[int]) -> CrashLocation:
-    """Return the first of these places that is in the submission's own code, else in ours."""
+def locate(library: str, offsets: Sequence[int]) -> list[CrashLocation]:
+    """Return the calls of the submission's own code among these places, else those of ours.
+
+    They go from the inside out.
+    """
     size = Path(library).stat().st_size * 64  # a library's globals are not in its file
     sane = [f"{each:#x}" for each in offsets if 0 < each < size][:MAX_ADDRESSES]
     if not sane:
-        return NOWHERE
+        return []
     command = ["addr2line", "-a", "-C", "-f", "-i", "-s", "-e", library, *sane]
     try:
         ran = run_tool(command, Path(library).parent, [Path(library)], seconds=ADDR2LINE_SECONDS)
     except OSError:
-        return NOWHERE  # no addr2line on this machine
+        return []  # no addr2line on this machine
     places = [each for each in _places(ran.output) if not each.location.startswith(SHIM)]
     given = exercises.load().given
     own = [each for each in places if each.location.partition(":")[0] not in given]
-    return next(iter([*own, *places]), NOWHERE)
+    return own or places[:1]
 
 
 def _places(output: str) -> list[CrashLocation]:
@@ -81,7 +103,7 @@ def _places(output: str) -> list[CrashLocation]:
         if line.startswith("0x"):
             function = ""
         elif not function:
-            function = line
+            function = line.partition(".")[0]  # of what the optimiser has made several
         else:
             if found := _PLACE.match(line):
                 places.append(CrashLocation(function, f"{found[1]}:{found[2]}"))

@@ -1,22 +1,41 @@
-"""How a call ended that did not come back: a verdict, and its sentence."""
+"""How a call ended that did not come back: its sentence, and the question that goes with it."""
 
 from __future__ import annotations
 
 import re
+from collections import Counter
+from collections.abc import Collection, Sequence
 
 from grader.course.message import Message
 from grader.course.texts import Texts, sentences
 from grader.execution.records import Cause, Death
 
+MAX_CALLERS = 4  # that are named
+RECURSION = 5  # so often, among the calls that are known, stands a function that calls itself
 _UNDEFINED = re.compile(r"undefined symbol: (\w+)")
 _RUNTIME = "runtime error: "
-# What UndefinedBehaviorSanitizer says most often, and our sentence for it.
+# What UndefinedBehaviorSanitizer says most often, and our sentence for it; the first that fits.
+# Memory that nothing has been written in holds one byte again and again: 0xbe where malloc has
+# given it, 0xfe in a local variable (the fill of the compiler; clang's is 0xaa).
 _PLAIN = {
+    "death.unwritten": re.compile(r"0xbebebe|value 190, .*bool|index -1094795586 "),
+    "death.unset": re.compile(
+        r"0xfefefe|0xaaaaaa|value (?:254|170), .*bool|index -(?:16843010|1431655766) "
+    ),
     "death.null": re.compile(r"null pointer"),
     "death.index": re.compile(r"index (?P<index>-?\d+) out of bounds"),
     "death.zero": re.compile(r"^division by zero"),
     "death.integer": re.compile(r"signed integer overflow|negation of"),
 }
+_REFUSED = re.compile(r"AddressSanitizer failed to allocate (0x[0-9a-f]+) bytes")
+_FREED = re.compile(r"double free|free\(\): invalid|munmap_chunk")  # the C library's own words
+# The question of a kind of death, [ask] in messages/, by what its sentences have in common.
+_KINDS = {
+    **dict.fromkeys(("SIGSEGV", "SEGV", "SIGBUS", "index", "stray_write"), "bounds"),
+    **dict.fromkeys(("SIGFPE", "FPE", "SIGILL", "zero"), "zero"),
+    **dict.fromkeys(("heap-use-after-free", "freed"), "freed"),
+}
+_BOUNDS = re.compile(r"-buffer-(?:over|under)flow$")
 
 
 def message(death: Death, call: str) -> Message:
@@ -25,20 +44,23 @@ def message(death: Death, call: str) -> Message:
     missing = _UNDEFINED.search(death.text)
     if missing and death.cause in (Cause.LOAD, Cause.EXIT):
         return Message("death.missing_symbol", {"name": missing[1]})
-    values = {
+    refused = _REFUSED.search(death.text)
+    values: dict[str, object] = {
         "call": call,
-        "location": death.location,
+        "calls": ((death.function, death.location), *death.callers),
         "function": death.function,
         "code": death.code,
         "seconds": f"{death.seconds:g}",
         "detail": death.text.strip()[:300],
         "word": death.word.removeprefix(_RUNTIME),
+        "bytes": int(refused[1], 16) if refused else 0,
+        "again": _again(death),
     }
     for key, pattern in _PLAIN.items():
         found = pattern.search(str(values["word"])) if death.word.startswith(_RUNTIME) else None
         if found:
-            return Message(key, {**values, **found.groupdict()})
-    return Message(_key(death), values)
+            return Message(_nearer(key, death), {**values, **found.groupdict()})
+    return Message(_nearer(_key(death), death), values)
 
 
 def told(what: Message, location: str, texts: Texts) -> str:
@@ -49,19 +71,78 @@ def told(what: Message, location: str, texts: Texts) -> str:
     return texts.say(what.key, **values)
 
 
+def question(what: Message | None, texts: Texts, level: int = 1) -> str:
+    """Return what to ask of code that did not come back, or the help of a higher level.
+
+    "" for what is no such thing.
+    """
+    group, _, name = what.key.partition(".") if what else ("", "", "")
+    if group != "death":
+        return ""
+    kind = "bounds" if _BOUNDS.search(name) else _KINDS.get(name, name)
+    asked = texts.get(f"ask.{kind}", texts.get("ask.other"))
+    return asked if level == 1 else texts.get(f"ask.more.{kind}", asked)
+
+
+def shown(death: Death, own: Collection[str], others: Collection[str]) -> str:
+    """Return the line to show of code that has died: one of the functions that are judged.
+
+    `own` are these, `others` the functions of other exercises: a right one that was called badly is
+    not to be looked at. The helpers that a judged function calls are its own.
+    """
+    calls = [(death.function, death.location), *death.callers]
+    judged = next((k for k, (name, _) in enumerate(calls) if name in own), -1)
+    if judged < 0:
+        return death.location
+    while judged > 0 and calls[judged - 1][0] not in others:
+        judged -= 1
+    return calls[judged][1]
+
+
 def _key(death: Death) -> str:
     if death.cause is not Cause.SIGNAL:
         return f"death.{death.cause.value}"
     if death.word.startswith(_RUNTIME):
         return "death.runtime"
+    if death.word in ("double-free", "free") or (
+        death.word == "SIGABRT" and _FREED.search(death.text)
+    ):
+        return "death.freed"
+    if death.word == "null-pointer":
+        return "death.null"
     key = f"death.{death.word}"
     return key if key in sentences("fr") else "death.other"
+
+
+def _nearer(key: str, death: Death) -> str:
+    """Return the key of a sentence that says more, where more is known."""
+    if key == "death.null" and _REFUSED.search(death.text):
+        return "death.no_memory"
+    if key == "death.stack-overflow" and _again(death):
+        return "death.recursion"
+    return key
+
+
+def _again(death: Death) -> str:
+    """Return the function that is called again and again, maybe through others; "" for none."""
+    functions = Counter([death.function, *(name for name, _ in death.callers)])
+    name, often = functions.most_common(1)[0]
+    return name if often >= RECURSION else ""
 
 
 def _place(what: Message, location: str, texts: Texts) -> str:
     """Return where the code was, as the end of a sentence; "" when not known."""
     if not location:
         return ""
-    function = what.values.get("function")
+    calls = what.values.get("calls", ((what.values.get("function"), location),))
+    assert isinstance(calls, Sequence)
+    (function, where), *callers = calls
     key = "death.place_in" if function else "death.place"
-    return texts.say(key, location=location, function=function)
+    places = [texts.say(key, location=where, function=function)]
+    last = function
+    for name, line in callers:
+        if name != last and len(places) <= MAX_CALLERS:
+            same = line.removeprefix(f"{where.partition(':')[0]}:")
+            places.append(texts.say("death.called_by", function=name, line=same))
+        last = name
+    return "".join(places)

@@ -22,7 +22,8 @@ class Cause(str, Enum):
 class Death:
     """Why a process that ran student code is gone.
 
-    `word` is a signal's name (SIGSEGV) or the sanitizer's word (heap-buffer-overflow);
+    `word` is a signal's name (SIGFPE), or the sanitizer's word (heap-buffer-overflow) or one of its
+    kind: null-pointer, stack-overflow;
     `case` is the number, in the batch, of the call that was running; `location` is "file:line"
     or "".
     """
@@ -34,4 +35,6 @@ class Death:
     location: str = ""
     text: str = ""
     function: str = ""  # in which it was, when that is known
+    # The calls that had led there, each with its "file:line", from the inside out.
+    callers: tuple[tuple[str, str], ...] = field(default=(), compare=False)
     seconds: float = field(default=0.0, compare=False)  # of CPU that it was allowed

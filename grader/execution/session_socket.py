@@ -17,7 +17,7 @@ from collections.abc import Callable, Container, Sequence
 from dataclasses import dataclass, replace
 from typing import IO, Any
 
-from grader.execution.crash_location import CrashLocation, from_page, from_report
+from grader.execution.crash_location import CrashLocation, fault, from_page, from_report
 from grader.execution.records import Cause, Death
 from grader.worker import frames
 
@@ -31,13 +31,20 @@ MAX_TEXT = 20_000  # characters of output that are kept
 Reap = Callable[[float, bool], tuple[int, float]]
 Release = Callable[[float], None]  # lets it end by itself in so many seconds
 
-_SANITIZER = re.compile(r"ERROR: AddressSanitizer:? ([\w-]+)|(?:\S+): runtime error: (.*)")
+_SANITIZER = re.compile(
+    r"ERROR: AddressSanitizer:? (?:attempting )?([\w-]+)|(?:\S+): runtime error: (.*)"
+)
+_NULL = "Hint: address points to the zero page"
 _RUNTIME_ERROR = re.compile(r"^(?:\./)?([\w.]+\.[ch]):(\d+):\d+: runtime error", re.MULTILINE)
-# What the sanitizers and the loader write themselves: a line for each of UBSan's errors, of ASan's
-# warnings and of the loader's; from its error on, all is ASan's.
+# What the sanitizers and the loader write themselves: from its error on, all is a sanitizer's;
+# before, some lines are ASan's warnings and advice, the calls that it lists, and the loader's.
 _REPORT = re.compile(
     r"(?:AddressSanitizer:DEADLYSIGNAL\n)?(?:=+\n)?==\d+==ERROR: AddressSanitizer(?s:.*)"
-    r"|^.*: (?:runtime|symbol lookup) error: .*\n?|^==\d+==.*\n?",
+    r"|^[^\n]*: runtime error: (?s:.*)"
+    r"|^[^\n]*: symbol lookup error: .*\n?"
+    r"|^==\d+==.*\n?|^False positive error reports may follow\n?"
+    r"|^For details see https://github\.com/google/sanitizers.*\n?"
+    r"|^ +#\d+ 0x[0-9a-f]+ .*\n?",
     re.MULTILINE,
 )
 
@@ -250,24 +257,42 @@ class SessionSocket:
             return Death(cause, case=case, text=text)
         if code == -signal.SIGKILL and cause is Cause.EXIT:
             cause = Cause.KILLED
-        word = ""
-        report = _SANITIZER.search(text)
         # Where UBSan cannot read its settings it ends by exit instead of a signal.
-        reported = report is not None and code == UBSAN_EXIT
+        reported = code == UBSAN_EXIT and _SANITIZER.search(text) is not None
         if cause is Cause.EXIT and (reported or code < 0):
-            cause, word = Cause.SIGNAL, signal.Signals(-code).name if code < 0 else ""
-            if report:
-                word = report[1] or f"runtime error: {report[2]}"
+            cause = Cause.SIGNAL
+        word = _word(code, page, text) if cause is Cause.SIGNAL else ""
         code = max(code, 0) if cause is Cause.EXIT else 0
-        place = _place(self._library, page, text)
-        seconds = self._limits.cpu
-        return Death(cause, word, code, case, place.location, text, place.function, seconds)
+        first, *callers = _calls(self._library, page, text) or [CrashLocation("", "")]
+        return Death(
+            cause,
+            word,
+            code,
+            case,
+            first.location,
+            text,
+            first.function,
+            tuple((each.function, each.location) for each in callers),
+            self._limits.cpu,
+        )
 
 
-def _place(library: str, page: bytes, text: str) -> CrashLocation:
-    """Return where the code was: as a sanitizer reports it, else as the shim noted it."""
-    place = from_report(library, text)
-    if not place.location:
-        place = from_page(library, page)
+def _word(code: int, page: bytes, text: str) -> str:
+    """Return how the code ended: as a sanitizer reports it, else as the signal tells."""
+    report = _SANITIZER.search(text)
+    if report is not None:
+        word = report[1] or f"runtime error: {report[2]}"
+        return "null-pointer" if word == "SEGV" and _NULL in text else word
+    name = signal.Signals(-code).name if code < 0 else ""
+    return (fault(page) if name == "SIGSEGV" else "") or name
+
+
+def _calls(library: str, page: bytes, text: str) -> list[CrashLocation]:
+    """Return the calls that ran: as a sanitizer reports them, else as the shim noted them."""
+    calls = from_report(library, text) or from_page(library, page)
     found = _RUNTIME_ERROR.search(text)
-    return CrashLocation(place.function, f"{found[1]}:{found[2]}") if found else place
+    if not found:
+        return calls
+    # The line of the error is its own report's; the rest of the calls is in the page.
+    place = CrashLocation(calls[0].function if calls else "", f"{found[1]}:{found[2]}")
+    return [place, *calls[1:]]

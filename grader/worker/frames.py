@@ -48,7 +48,9 @@ COUNTER = struct.Struct("<I")
 TODO_BYTES = 128
 TRACE_OFFSET = 136  # a multiple of 8
 FRAMES = 32
-TRACE = struct.Struct(f"=QQII{FRAMES}Q")  # library's address, instruction, signal, count, callers
+# The library's address, the instruction, the top of the stack, the address that could not be used,
+# signal, count, callers: see watch.c.
+TRACE = struct.Struct(f"=QQQQII{FRAMES}Q")
 PAGE_BYTES = TRACE_OFFSET + TRACE.size
 ROOM_OFFSET, ROOM_BYTES = 4096, 32 << 20  # for two pictures of 1280x720
 SHARED_BYTES = ROOM_OFFSET + ROOM_BYTES

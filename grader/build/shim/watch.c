@@ -13,37 +13,45 @@
 #include <stdlib.h>
 #include <sys/ucontext.h>
 
+#ifndef SI_KERNEL
+#define SI_KERNEL 128 /* Linux's */
+#endif
 #define MRT_FRAMES 32
 #define MRT_STACK_BYTES 65536
 
 /* The same layout as in worker/frames.py. */
 typedef struct {
-    uint64_t base;   /* where the library is */
-    uint64_t pc;     /* the instruction that was running */
-    uint32_t signal; /* 0 as long as all is well */
-    uint32_t count;  /* of frames */
+    uint64_t base;    /* where the library is */
+    uint64_t pc;      /* the instruction that was running */
+    uint64_t stack;   /* where the stack ended */
+    uint64_t address; /* what could not be read or written */
+    uint32_t signal;  /* 0 as long as all is well */
+    uint32_t count;   /* of frames */
     uint64_t frames[MRT_FRAMES];
 } mrt_trace;
 
 static mrt_trace *volatile trace;
 static _Alignas(16) char signal_stack[MRT_STACK_BYTES];
 
-static uint64_t program_counter(const ucontext_t *context) {
+static void note_registers(const ucontext_t *context) {
 #if defined(__linux__) && defined(__x86_64__)
-    return (uint64_t)context->uc_mcontext.gregs[REG_RIP];
+    trace->pc = (uint64_t)context->uc_mcontext.gregs[REG_RIP];
+    trace->stack = (uint64_t)context->uc_mcontext.gregs[REG_RSP];
 #elif defined(__linux__) && defined(__aarch64__)
-    return (uint64_t)context->uc_mcontext.pc;
+    trace->pc = (uint64_t)context->uc_mcontext.pc;
+    trace->stack = (uint64_t)context->uc_mcontext.sp;
 #else
     (void)context;
-    return 0;
 #endif
 }
 
 static void on_signal(int number, siginfo_t *info, void *context) {
-    (void)info;
     if (trace->signal == 0) { /* a second fault, in here, has nothing to add */
         trace->signal = (uint32_t)number;
-        trace->pc = program_counter(context);
+        note_registers(context);
+        /* A signal that was sent has no address, and of some faults the processor does not tell it. */
+        trace->address =
+            info->si_code > 0 && info->si_code != SI_KERNEL ? (uint64_t)(uintptr_t)info->si_addr : UINT64_MAX;
         void *frames[MRT_FRAMES];
         int count = backtrace(frames, MRT_FRAMES);
         for (int k = 0; k < count; k++)

@@ -49,7 +49,11 @@ def not_built(folder: Path, result: BuildResult) -> Shown:
 def died(folder: Path, call: str, death: Death) -> Shown:
     """Return how a call ended, with the lines around the place."""
     said = death_messages.message(death, f"{call}()" if call else "")
-    return _ended(folder, death_messages.told(said, death.location, texts()), death.location)
+    sentences = (
+        death_messages.told(said, death.location, texts()),
+        death_messages.question(said, texts()),
+    )
+    return _ended(folder, " ".join(filter(None, sentences)), death.location)
 
 
 def interrupted(folder: Path, call: str, death: Death) -> Shown:

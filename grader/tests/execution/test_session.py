@@ -157,8 +157,8 @@ def test_plain_deaths_name_their_cause(submission: Write, cache: Path) -> None:
     zero = (0, 0, 0)
     with student(folder, cache) as core:
         segv = Death(Cause.SIGNAL, "SIGSEGV")
-        assert death_of(core, "fill_red") == replace(
-            segv, location="main.c:11", function="fill_red"
+        assert death_of(core, "fill_red") == Death(
+            Cause.SIGNAL, "null-pointer", location="main.c:11", function="fill_red"
         )
         assert death_of(core, "fill", zero) == replace(segv, location="main.c:12", function="fill")
         # Not a whole number of pages, so the guard page is not right before the table.
@@ -198,6 +198,49 @@ def test_sanitized_deaths_name_the_line(submission: Write, cache: Path) -> None:
     assert overflow.word.startswith("runtime error: signed integer overflow")
     assert overflow.location == "main.c:12"
     assert outside.location == "main.c:13"
+
+
+@pytest.mark.parametrize("sanitized", [False, True], ids=["plain", "sanitized"])
+def test_what_uses_up_the_stack_is_known(submission: Write, cache: Path, sanitized: bool) -> None:
+    """By its calls without end, or by a table; a pointer to nowhere is neither, nor NULL."""
+    folder = submission(
+        fill="if (c.x > 0.f) { fill(img, c); fill(img, c); }",
+        fill_red="color table[WIDTH * HEIGHT * 300]; table[0] = img[0];"
+        " img[0] = table[(int)img[1].x];",
+        horizontal_gradient="*(char *)((size_t)1 << 60 | (size_t)c1.x) = (char)c2.x;",
+    )
+    with student(folder, cache, sanitized) as core:
+        endless, table = death_of(core, "fill", (1, 1, 1)), death_of(core, "fill_red")
+        nowhere = death_of(core, "horizontal_gradient", (0, 0, 0), (0, 0, 0))
+    assert (endless.word, table.word) == ("stack-overflow", "stack-overflow")
+    assert [name for name, _ in endless.callers].count("fill") > 5
+    assert table.callers == ()
+    assert nowhere.word == ("SEGV" if sanitized else "SIGSEGV")
+
+
+def test_the_calls_that_led_to_a_death_are_known(submission: Write, cache: Path) -> None:
+    """From the inside out, with their lines, whoever reports it; ours among them are left out."""
+    steps = """#include "raytracer.h"
+bool intersect_sphere(ray *r, intersection *it, const object *obj) {
+    it->position = r->orig; it->mat = obj->mat; return true;
+}
+void inner(color *img, int k);
+void inner(color *img, int k) {
+    img[WIDTH * HEIGHT + k].x = 1.f;
+}
+"""
+    folder = submission(
+        fill_red="extern void inner(color *img, int k); inner(img, 1);",
+        fill="ray r; object ball = {0}; ball.type = SPHERE; ray_init(&r, c, c);"
+        " intersect_object(&r, (intersection *)(size_t)c.x, &ball);",
+        files={"steps.c": steps},
+    )
+    with student(folder, cache, sanitized=True) as core:
+        past, null = death_of(core, "fill_red"), death_of(core, "fill", (0, 0, 0))
+    assert (past.function, past.location) == ("inner", "steps.c:7")
+    assert past.callers == (("fill_red", "main.c:11"),)
+    assert (null.function, null.location) == ("intersect_sphere", "steps.c:3")
+    assert null.callers == (("fill", "main.c:12"),)
 
 
 def test_the_case_that_kills_is_known(submission: Write, cache: Path) -> None:
@@ -412,13 +455,21 @@ def test_what_is_printed_before_a_crash_is_kept_apart_from_its_report(
         fill_red=f"{said} img[WIDTH * HEIGHT].x = 1;",
         fill=f"{said} int big = 2147483647; img[0].x = (float)(big + (int)c.x);",
         horizontal_gradient=f"{said} trace_ray(0);",
+        # Notes of UBSan's beside its error, and ASan's warning with its calls.
+        fill_rect=f"{said} img[0].x = *(float *)((size_t)c.x + 1);",
+        fill_circle=f"{said} extern void *malloc(size_t); *(int *)malloc((size_t)1 << 60) = 1;",
     )
     for sanitized in (False, True):
+        one = (1, 1, 1)
+        calls: dict[str, tuple[object, ...]] = {"fill_red": (), "fill": (one,)}
+        calls["horizontal_gradient"] = (one, one)
+        if sanitized:
+            calls |= {"fill_rect": (one, one, one), "fill_circle": (1, one, one)}
         with student(folder, cache, sanitized) as core:
-            for name, args in (("fill_red", 0), ("fill", 1), ("horizontal_gradient", 2)):
+            for name, args in calls.items():
                 with core.session(SHORT) as s:
                     with contextlib.suppress(Died):
-                        s.call(name, PIXELS, *[(1, 1, 1)] * args)
+                        s.call(name, PIXELS, *args)
                     assert s.output() == "outerr\n"
 
 
