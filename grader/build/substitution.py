@@ -18,18 +18,26 @@ from functools import cache
 
 from grader.build.builder import Built
 from grader.build.records import BuildResult
+from grader.build.target import ObjectFile
 from grader.course import exercises as manifest
 from grader.intake import originals
 from grader.intake.records import Submission
 from grader.intake.submission import SHIM
 
 TRAPS = "mrt_traps.c"
+PROBE = manifest.PACKAGE / "build" / "shim" / "probe.c"
+PROBED = "trace_ray"  # what it stands in for
 _TRAP = "__attribute__((weak)) void {name}(void) {{ __builtin_trap(); }}\n"
 
 
 def is_possible() -> bool:
     """Say whether the reference is here, and the tool that changes objects."""
-    return originals.has_solution() and shutil.which("objcopy") is not None
+    return originals.has_solution() and has_tool()
+
+
+def has_tool() -> bool:
+    """Say whether the tool that changes objects is here."""
+    return shutil.which("objcopy") is not None
 
 
 @cache
@@ -48,10 +56,7 @@ def substituted(built: Built, solution: Built, names: Collection[str]) -> BuildR
     exercises = manifest.load().exercises
     known = {name for each in exercises for name in each.functions}
     replaced, kept = sorted(known & set(names)), sorted(known - set(names))
-    theirs = {
-        name: job.weakened(built.objects[name], sorted(symbols.defined & {*replaced}))
-        for name, symbols in built.symbols.items()
-    }
+    theirs = _weakened(built, replaced)
     traps = job.compile_text(TRAPS, "".join(_TRAP.format(name=each) for each in kept))
     ours = []
     for name in sorted({each.file for each in exercises if {*each.functions} & {*replaced}}):
@@ -60,3 +65,23 @@ def substituted(built: Built, solution: Built, names: Collection[str]) -> BuildR
     # The submission's first: of its own several definitions, as of the traps, the first counts.
     parts = [*{**built.objects, **theirs}.items(), (SHIM, built.shim), (TRAPS, traps), *ours]
     return replace(built.result, library=job.mixed(parts))
+
+
+def probed(built: Built) -> BuildResult:
+    """Return the submission's library with the probe in the place of its own trace_ray.
+
+    Raises MixError when it cannot be linked, BuildError by the machine's fault.
+    """
+    job = built.job
+    probe = job.compile_text(PROBE.name, PROBE.read_text(encoding="utf-8"))
+    theirs = _weakened(built, [PROBED])
+    parts = [*{**built.objects, **theirs}.items(), (SHIM, built.shim), (PROBE.name, probe)]
+    return replace(built.result, library=job.mixed(parts))
+
+
+def _weakened(built: Built, names: Collection[str]) -> dict[str, ObjectFile]:
+    """Return the submission's objects, in which these functions give way to another's."""
+    return {
+        name: built.job.weakened(built.objects[name], sorted(symbols.defined & {*names}))
+        for name, symbols in built.symbols.items()
+    }

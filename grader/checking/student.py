@@ -69,8 +69,14 @@ class Student:
         return Student(self._libraries, self.folder, self._own)
 
     @property
-    def waits(self) -> bool:
-        """Whether what was wrong so far waits for something to be written: it is not judged."""
+    def is_begun(self) -> bool:
+        """Whether the marker of the exercise that the check is about has not been met."""
+        rules = exercises.load()
+        return all(rules.exercise(each).functions != (*self._own,) for each in self.todo)
+
+    @property
+    def meets_stubs(self) -> bool:
+        """Whether markers were met, of functions in whose place no other stands."""
         return bool(self.todo) and not self._libraries.is_mixed
 
     @contextlib.contextmanager
@@ -84,6 +90,13 @@ class Student:
         """Start a session for functions that are not TP1's."""
         with self._session(expected_data.SIZE) as session:
             yield Bench(self, session, self._libraries.unit(expected_data.SIZE))
+
+    @contextlib.contextmanager
+    def probe(self) -> Iterator[Bench]:
+        """Start a session in which the probe stands in the place of trace_ray. Raises NotBuilt."""
+        core = self._libraries.probed(expected_data.SIZE)
+        with self._open(core, UNIT_LIMITS) as session:
+            yield Bench(self, session, core)
 
     @contextlib.contextmanager
     def counting(self) -> Iterator[Bench]:

@@ -5,12 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from grader.checking.comparison import far, unit
-from grader.checking.describe import value
-from grader.checking.expected_data import SIZE, Array, Batch
-from grader.checking.records import Evidence
-from grader.checking.reproducer import Look, of_command
-from grader.checking.student import Student, Wrong, without_answers
+from grader.checking.comparison import unit
+from grader.checking.expected_data import SIZE
+from grader.checking.student import Student, Wrong
+from grader.checks import raytrace
 from grader.checks.common import check_answers, check_material, check_refusals, check_stages
 
 # A ray of the camera sees at least that far, in whatever units of its direction.
@@ -76,76 +74,44 @@ def test_camera_ray_fresh(student: Student) -> None:
 # ---- TP2.2: raytrace ----------------------------------------------------------------------------
 
 
-def draw(student: Student) -> tuple[Batch, Array, dict[str, Array]]:
-    """Return the setting, the picture of raytrace, and what its pixels should be.
-
-    The picture has shape (height * width, 3), and so has each that is expected, at some pixels:
-    "centre" with rays through (i + 0.5, j + 0.5), "corner" through (i, j). Both are made of the
-    submission's own camera_ray and trace_ray.
-    """
-    (batch,) = student.batches("raytrace")
-    with student.bench() as bench:
-        x, y = batch.args["x"], batch.args["y"]
-        bench.trial(without_answers(batch))
-        expected = {
-            "centre": bench.colors(x, y),
-            "corner": bench.colors(x - np.float32(0.5), y - np.float32(0.5)),
-        }
-        bench.session.set("output_image", np.full((SIZE[0] * SIZE[1], 3), -1, np.float32))
-        bench.call("raytrace", "raytrace()")
-        picture = bench.session.get("output_image")
-    return batch, picture, expected
-
-
-def check_colors(student: Student, batch: Batch, picture: Array, expected: Array) -> None:
-    """Compare a picture with what its pixels should be."""
-    i, j = (np.floor(batch.args[name]).astype(int) for name in ("x", "y"))
-    if np.ptp(expected, axis=0).max() < 1e-3:
-        raise Wrong("failure.flat_picture")
-    got = picture[j * SIZE[0] + i]
-    differs = far(got, expected, batch.tolerance)
-    wrong = np.flatnonzero(differs)
-    if len(wrong):
-        student.observations.note("picture", got, differs, batch.tolerance)
-        k = min(wrong, key=lambda each: (j[each], i[each]))
-        values = {"got": value(got[k]), "expected": value(expected[k])}
-        wrong_pixel = Wrong("failure.picture", i=i[k], j=j[k], **values)
-        raise wrong_pixel.showing(evidence(batch, i[k], j[k], expected[k]))
-
-
-def evidence(batch: Batch, i: int, j: int, expected: Array) -> Evidence:
-    """Return the C program that draws the picture and looks at a pixel."""
-    look = Look(f"output_image[{j} * WIDTH + {i}]", expected)
-    return Evidence(reproducer=of_command("raytrace", [], batch, look))
-
-
 @pytest.mark.check("tp2.raytrace.colors")
 def test_raytrace_colors(student: Student) -> None:
     """Each pixel has the colour that trace_ray finds along its ray."""
-    batch, picture, expected = draw(student)
-    try:
-        check_colors(student, batch, picture, expected["corner"])
-    except Wrong:
-        check_colors(student, batch, picture, expected["centre"])
+
+    def look(drawn: raytrace.Drawn) -> None:
+        try:
+            drawn.compare(drawn.corner)
+        except Wrong:
+            raytrace.note(student, drawn, drawn.centre)
+            drawn.compare(drawn.centre)
+
+    raytrace.check(student, look)
 
 
 @pytest.mark.check("tp2.raytrace.centre")
 def test_raytrace_centre(student: Student) -> None:
     """The ray of a pixel goes through its centre."""
-    batch, picture, expected = draw(student)
-    check_colors(student, batch, picture, expected["centre"])
+
+    def look(drawn: raytrace.Drawn) -> None:
+        raytrace.note(student, drawn, drawn.centre)
+        drawn.compare(drawn.centre)
+
+    raytrace.check(student, look)
 
 
 @pytest.mark.check("tp2.raytrace.every_pixel")
 def test_raytrace_every_pixel(student: Student) -> None:
     """Every pixel of the picture is written."""
-    _, picture, _ = draw(student)
-    unwritten = (picture == -1).all(axis=1)
-    left = np.flatnonzero(unwritten)
-    if len(left):
-        student.observations.note_mask("left", unwritten)
-        j, i = divmod(int(left[0]), SIZE[0])
-        raise Wrong("failure.unwritten", i=i, j=j, width=SIZE[0], height=SIZE[1])
+
+    def look(drawn: raytrace.Drawn) -> None:
+        unwritten = (drawn.picture == raytrace.UNWRITTEN).all(axis=2).ravel()
+        left = np.flatnonzero(unwritten)
+        if len(left):
+            student.observations.note_mask("left", unwritten)
+            j, i = divmod(int(left[0]), SIZE[0])
+            raise Wrong("failure.unwritten", i=i, j=j, width=SIZE[0], height=SIZE[1])
+
+    raytrace.check(student, look)
 
 
 # ---- TP2.3: intersect_plane, TP2.4: intersect_sphere ------------------------------------------

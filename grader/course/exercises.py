@@ -37,6 +37,7 @@ class Check:
     twin: str = ""  # the check without which this one earns nothing
     needs: tuple[str, ...] = ()  # exercises whose functions right code calls in this check
     judges: tuple[str, ...] = ()  # exercises among them whose functions this check judges too
+    waits: tuple[str, ...] = ()  # bonuses and later exercises that it cannot be judged without
     proven: Mapping[str, str] = field(default_factory=dict)  # by function: the check that tells
 
     @property
@@ -102,6 +103,13 @@ class Manifest:
                 found.add(name)
                 waiting += self.exercise(name).depends
         return frozenset(found) - {check.exercise}
+
+    def waited_for(self, check: Check) -> frozenset[str]:
+        """Return the exercises that a check may wait for: on the way to its own, and no bonus."""
+        own = self.exercise(check.exercise)
+        before = (self.exercise(each) for each in self.needed(check))
+        core = {each.id for each in before if not each.bonus and each.tp <= own.tp}
+        return frozenset(core | {*check.waits})
 
 
 def subject(check: str) -> str:
@@ -169,6 +177,7 @@ def _exercise(row: dict[str, Any]) -> Exercise:
                 rule.get("twin", ""),
                 tuple(rule.get("needs", row["depends"])),
                 tuple(rule.get("judges", ())),
+                tuple(rule.get("waits", ())),
                 dict(rule.get("proven", {})),
             )
             for (name, rule), share in zip(rules.items(), points, strict=True)
@@ -191,6 +200,7 @@ def _verify(manifest: Manifest, path: Path) -> None:
     wrong += [check.twin for check in checks if check.twin and check.twin not in known]
     wrong += [name for check in checks for name in check.needs if name not in ids]
     wrong += [name for check in checks for name in check.judges if name not in check.needs]
+    wrong += [name for check in checks for name in check.waits if name not in ids]
     wrong += [name for check in checks for name in check.proven.values() if name not in known]
     wrong += [
         check.function

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterable, Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from grader.checking import reproducer
 from grader.course.exercises import Check, Exercise, Manifest
 from grader.course.texts import Texts
 from grader.evaluation.records import CheckResult, ExerciseResult, Finding, Outcome, Pixel
+from grader.evaluation.rules import DONE_WRONG, Settled, is_beside, settle
 from grader.execution import death_messages
 
 # An exercise is as good as its worst check; the first of these that occurs names it.
@@ -21,13 +22,8 @@ _WORST_FIRST = (
     Outcome.TODO,
     Outcome.PASSED,
 )
-_DONE_WRONG = (Outcome.FAILED, Outcome.CRASHED, Outcome.TIMEOUT)
 MOST_DIRECT = 3  # the last level of help
-# The function was never judged: its question would lead astray.
-_BESIDE = (
-    *("failure.missing", "failure.not_built", "failure.not_linked", "failure.unreadable"),
-    *("failure.error", "failure.expected", "death.missing_symbol"),
-)
+_ASKED = (*DONE_WRONG, Outcome.TODO)  # what a question is asked about
 
 
 def grade(
@@ -43,39 +39,11 @@ def grade(
     files that do not compile.
     """
     settled = settle(findings, rules)
-    outcomes = {each.check: each.outcome for each in settled}
-    telling = _Telling(rules, texts, hint, rejected, at_fault(findings, rules))
-    checks = [_judge(each, rules, outcomes, telling) for each in settled]
+    outcomes = {each.check: each.outcome for each in settled.findings}
+    telling = _Telling(rules, texts, hint, rejected, settled)
+    checks = [_judge(each, rules, outcomes, telling) for each in settled.findings]
     exercises = [_sum(each, checks, texts.language) for each in rules.exercises]
     return checks, [each for each in exercises if each is not None]
-
-
-def settle(findings: Sequence[Finding], rules: Manifest) -> list[Finding]:
-    """Return the findings with the outcome that they have beside one another."""
-    wrong, ahead = at_fault(findings, rules), unwritten(findings, rules)
-    return [_settled(each, wrong, ahead, rules) for each in findings]
-
-
-def at_fault(findings: Iterable[Finding], rules: Manifest) -> frozenset[str]:
-    """Return the exercises of which a check did not pass."""
-    checks = rules.checks()
-    wrong = (each for each in findings if each.outcome is not Outcome.PASSED)
-    return frozenset(checks[each.check].exercise for each in wrong)
-
-
-def unwritten(findings: Iterable[Finding], rules: Manifest) -> frozenset[str]:
-    """Return the exercises whose own marker was met where a check did not pass."""
-    checks = rules.checks()
-    wrong = (each for each in findings if each.outcome is not Outcome.PASSED)
-    return frozenset(
-        checks[each.check].exercise for each in wrong if checks[each.check].exercise in each.todo
-    )
-
-
-def is_judged(finding: Finding, check: Check) -> bool:
-    """Say whether a check failed of which the exercise is written, and could be called."""
-    failed = finding.outcome in _DONE_WRONG
-    return failed and check.exercise not in finding.todo and not _is_beside(finding)
 
 
 @dataclass(frozen=True)
@@ -86,7 +54,7 @@ class _Telling:
     texts: Texts
     hint: int
     rejected: Container[str]
-    wrong: frozenset[str]  # exercises of which a check did not pass
+    settled: Settled
 
     def help(self, finding: Finding) -> str:
         """Return a question, or the hint of the level, the last that there is.
@@ -126,53 +94,29 @@ class _Telling:
         remarks = [self.texts.say(each.key, **each.values) for each in finding.remarks]
         return " ".join(filter(None, [self._marker(finding, exercise, outcome), *remarks]))
 
+    def waits_for(self, check: Check, outcome: Outcome) -> tuple[str, ...]:
+        """Return the exercises to look at before a check that waits, itself or with its twin."""
+        if outcome is not Outcome.BLOCKED:
+            return ()
+        waits = self.settled.waits
+        return waits.get(check.id) or waits.get(check.twin, ())
+
     def _marker(self, finding: Finding, exercise: Exercise, outcome: Outcome) -> str:
         """Say that a marker was left, where the fault lies, or what must be done first."""
         if outcome is Outcome.PASSED and exercise.id in finding.todo:
             return self.texts.say("note.marker", id=exercise.id, file=exercise.file)
         if outcome is Outcome.PASSED and finding.through:
             return self.texts.say("note.through", ids=", ".join(finding.through))
-        if outcome is not Outcome.BLOCKED:
+        first = self.waits_for(self.rules.checks()[finding.check], outcome)
+        if not first:
             return ""
-        first = _waits_for(finding, self.wrong, self.rules)
         files = {self.rules.exercise(name).file for name in first}
         broken = sorted(file for file in files if file in self.rejected)
         if broken:
             return self.texts.say("note.blocked_by_file", files=", ".join(broken))
-        key = "note.blocked" if finding.todo & first else "note.waits"
-        return self.texts.say(key, ids=", ".join(sorted(first)))
-
-
-def _is_beside(finding: Finding) -> bool:
-    """Whether what is wrong has nothing to do with what the check's question is about."""
-    return finding.message is not None and finding.message.key in _BESIDE
-
-
-def _settled(
-    finding: Finding, wrong: frozenset[str], ahead: frozenset[str], rules: Manifest
-) -> Finding:
-    """Make a wrong answer `todo` by the exercise's own marker, `blocked` where another is at fault.
-
-    It may be: its marker was met, or right code calls it in this check and it is itself wrong. But
-    what is not written waits for nothing else.
-    """
-    check = rules.checks()[finding.check]
-    if finding.outcome in (Outcome.PASSED, Outcome.ERROR):
-        return finding
-    if check.exercise in finding.todo:
-        return replace(finding, outcome=Outcome.TODO)
-    if finding.alone or not _waits_for(finding, wrong, rules):
-        return finding
-    outcome = Outcome.TODO if check.exercise in ahead else Outcome.BLOCKED
-    return replace(finding, outcome=outcome)
-
-
-def _waits_for(finding: Finding, wrong: frozenset[str], rules: Manifest) -> frozenset[str]:
-    """Return the exercises that may be the cause of a check's failure: those to write first."""
-    if finding.todo:
-        return finding.todo
-    check = rules.checks()[finding.check]
-    return frozenset() if _is_beside(finding) else rules.needed(check) & wrong
+        missing = [each for each in first if each in self.settled.unwritten or each in finding.todo]
+        key = "note.blocked" if missing else "note.waits"
+        return self.texts.say(key, ids=", ".join(missing or first))
 
 
 def _judge(
@@ -186,10 +130,10 @@ def _judge(
         message = death_messages.told(finding.message, finding.location, texts)
     if outcome is Outcome.PASSED and outcomes.get(check.twin, outcome) is not Outcome.PASSED:
         # A refusal is worth something only from a function that does the other thing as well.
-        twin = outcomes[check.twin]
-        outcome = twin if twin in (Outcome.TODO, Outcome.BLOCKED) else Outcome.FAILED
+        outcome = Outcome.TODO if outcomes[check.twin] is Outcome.TODO else Outcome.BLOCKED
         message = texts.say("failure.twin")
     passed = outcome is Outcome.PASSED
+    is_asked = outcome in _ASKED and not is_beside(finding)
     share = finding.evidence.share if outcome is Outcome.FAILED else 0.0
     return CheckResult(
         id=check.id,
@@ -198,14 +142,15 @@ def _judge(
         function=check.function,
         title=texts.get(f"title.{check.id}", finding.title),
         outcome=outcome,
+        waits_for=telling.waits_for(check, outcome),
         points=check.points if passed else round(share * check.points),
         max_points=check.points,
         message=message,
-        hint="" if passed or _is_beside(finding) else telling.help(finding),
-        hints={} if passed or _is_beside(finding) else telling.further(finding),
+        hint=telling.help(finding) if is_asked else "",
+        hints=telling.further(finding) if is_asked else {},
         note=telling.note(finding, exercise, outcome),
         location=finding.location,
-        output=finding.output if outcome in _DONE_WRONG else "",
+        output=finding.output if outcome in DONE_WRONG else "",
         seconds=finding.seconds,
         mistakes=finding.evidence.mistakes,
         reproducer=reproducer.told(finding.evidence.reproducer, texts),

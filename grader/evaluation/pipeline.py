@@ -20,9 +20,10 @@ from grader.course.exercises import Manifest
 from grader.course.texts import Texts
 from grader.evaluation import plugin, remarks
 from grader.evaluation.attribution import attribute
-from grader.evaluation.grading import grade, settle
+from grader.evaluation.grading import grade
 from grader.evaluation.recognition import with_mistakes
 from grader.evaluation.records import Finding, Outcome, PytestError, Report
+from grader.evaluation.rules import settle
 from grader.evaluation.worst_pixel import with_worst_pixel
 from grader.execution.libraries import Libraries
 
@@ -33,14 +34,18 @@ def run_checks(
     tp: int | None,
     chosen: Collection[str] | None = None,
     folder: Path = FOLDER,
+    *,
+    with_reference: bool = True,
 ) -> list[Finding]:
     """Run the chosen checks (None: all) of a TP (None: of those that count).
 
-    `folder` is that of the expected data. Raises PytestError.
+    `folder` is that of the expected data; what fails is not judged again among the reference's
+    functions in a student's copy, which has none, nor without `with_reference`. Raises PytestError.
     """
     checks = plugin.GraderPlugin(libraries, rules, tp, folder, chosen=chosen)
     findings = plugin.run(checks)
-    findings = attribute(findings, rules, libraries, folder, checks.again)
+    if with_reference:
+        findings = attribute(findings, rules, libraries, folder, checks.again)
     findings = with_worst_pixels(findings, rules, libraries, folder)
     try:
         return with_mistakes(findings, rules, folder)
@@ -60,7 +65,7 @@ def with_worst_pixels(
         student = Student(libraries.lend(exercise.file), folder, exercise.functions)
         return with_worst_pixel(finding, student)
 
-    outcomes = [each.outcome for each in settle(findings, rules)]
+    outcomes = [each.outcome for each in settle(findings, rules).findings]
     return [looked_at(*pair) for pair in zip(findings, outcomes, strict=True)]
 
 

@@ -26,6 +26,7 @@ from grader.checking.observations import Array, Observation
 from grader.checking.pictures.candidates import shown_in
 from grader.course.exercises import Manifest
 from grader.evaluation.records import Finding, Outcome
+from grader.evaluation.rules import settle
 
 BANK = "mistakes.npz"
 MOST = 3  # mistakes named together
@@ -49,20 +50,21 @@ def with_mistakes(findings: Sequence[Finding], rules: Manifest, folder: Path) ->
     `folder` is that of the expected data; one without a bank recognises nothing. Raises
     ExpectedError when the bank cannot be read.
     """
-    wrong = {_exercise(each, rules) for each in findings if each.outcome in _WRONG}
+    settled = settle(findings, rules).findings
+    wrong = {_exercise(each, rules) for each in settled if each.outcome in _WRONG}
     bank = read(folder) if wrong else {}
     found = {}
     for exercise in wrong if bank else ():
         own = [
             each
-            for each in findings
+            for each in settled
             if _exercise(each, rules) == exercise and not rules.checks()[each.check].is_picture
         ]
         alone = all(each.alone for each in own if each.outcome in _WRONG)
         # What a wrong function hands on says nothing about those that use it.
         if alone or not wrong & _needed(exercise, rules):
             found[exercise] = recognised(own, bank)
-    seen = _in_pictures(findings, rules, bank, found, folder)
+    seen = _in_pictures(settled, rules, bank, found, folder)
 
     def ids(finding: Finding) -> tuple[str, ...]:
         exercise = _exercise(finding, rules)
@@ -110,7 +112,7 @@ def _is_right(finding: Finding) -> bool:
 def recognised(findings: Sequence[Finding], bank: Mapping[str, KnownMistake]) -> tuple[str, ...]:
     """Return the ids of the mistakes that explain all the findings of one exercise."""
     checks, seen = {each.check for each in findings}, signature(findings)
-    unclear = any(each.todo or each.outcome not in (*_WRONG, Outcome.PASSED) for each in findings)
+    unclear = any(each.outcome not in (*_WRONG, Outcome.PASSED) for each in findings)
     if unclear or not seen:
         return ()
     ids = [

@@ -72,6 +72,7 @@ class CheckResult:
     outcome: Outcome
     points: int
     max_points: int
+    waits_for: tuple[str, ...] = ()  # of one that is blocked: the exercises to look at first
     message: str = ""
     hint: str = ""
     hints: Mapping[int, str] = field(default_factory=dict)  # more direct ones, by level

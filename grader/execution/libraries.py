@@ -59,6 +59,9 @@ class LibrarySet(Protocol):
     def unit(self, size: Size) -> Library:
         """Return the library for functions, with pictures of that size. Raises NotBuilt."""
 
+    def probed(self, size: Size) -> Library:
+        """Return `unit` with the probe in the place of trace_ray. Raises NotBuilt."""
+
     def renderer(self) -> Library:
         """Return the library for whole pictures. Raises NotBuilt."""
 
@@ -70,10 +73,16 @@ class _LibrarySet:
     """Libraries as they are built, and a worker for each kind of them."""
 
     def __init__(
-        self, sized: Mapping[Size, Make], plain: Make, counted: Make, *, is_mixed: bool = False
+        self,
+        sized: Mapping[Size, Make],
+        plain: Make,
+        counted: Make,
+        probed: Callable[[Size], BuildResult] | None = None,
     ) -> None:
+        """Libraries without a probe are those in which functions of the reference stand."""
         self.stuck: dict[str, Death] = {}
-        self.is_mixed = is_mixed
+        self.is_mixed = probed is None
+        self._probed = probed
         self._sized, self._plain, self._counted = sized, plain, counted
         self._cores: dict[str, Library] = {}
         self._workers: dict[str, WorkerProcess] = {}
@@ -93,6 +102,12 @@ class _LibrarySet:
     def unit(self, size: Size) -> Library:
         """See LibrarySet."""
         return self._core(self._sized[size]())
+
+    def probed(self, size: Size) -> Library:
+        """See LibrarySet."""
+        if self._probed is None:
+            raise NotBuilt(Message(NOT_LINKED))
+        return self._core(self._probed(size))
 
     def renderer(self) -> Library:
         """See LibrarySet."""
@@ -151,6 +166,7 @@ class Libraries:
             {size: partial(_result, partial(self._sized, size)) for size in self._drawn},
             partial(_result, self._plain),
             partial(_result, self._counted),
+            cache(self._probed),
         )
         self._stack.callback(self._set.close)
         self._set.start(runtime)
@@ -227,9 +243,17 @@ class Libraries:
                 return cache(make)
 
             sized = {size: mix(partial(self._sized, size)) for size in self._drawn}
-            mixed = _LibrarySet(sized, mix(self._plain), mix(self._counted), is_mixed=True)
+            mixed = _LibrarySet(sized, mix(self._plain), mix(self._counted))
             with contextlib.closing(mixed):
                 yield mixed
+
+    def _probed(self, size: Size) -> BuildResult:
+        """Return the library with the probe; REJECTED when it cannot be made."""
+        built = self._sized(size).result()
+        if built.result.status is BuildStatus.BUILT and substitution.has_tool():
+            with contextlib.suppress(MixError):
+                return substitution.probed(built)
+        return replace(built.result, status=BuildStatus.REJECTED)
 
     def _sized(self, size: Size) -> Future[Built]:
         """Return the build for functions, with pictures of that size."""

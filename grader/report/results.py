@@ -252,6 +252,7 @@ def _check(result: CheckResult, files: Mapping[str, bytes]) -> dict[str, Any]:
         "hint": result.hint,
         **({"hints": _hints(result)} if result.hints else {}),
         "note": result.note,
+        "waits_for": list(result.waits_for),
         "location": result.location,
         "excerpt": _excerpt(result.location, files),
         "output": result.output,

@@ -52,7 +52,8 @@ class Summary:
         """Yield the notes of the checks, the same words once for all their exercises."""
         notes: dict[str, dict[str, None]] = {}
         for each in self.content["checks"]:
-            if each["note"]:
+            # What waits says so beside what is seen of it.
+            if each["note"] and each["outcome"] != "blocked":
                 notes.setdefault(each["note"], {})[each["exercise"]] = None
         yield from (f"{', '.join(ids)} - {note}" for note, ids in notes.items())
 
@@ -182,6 +183,10 @@ class Summary:
                 if each["exercise"] == exercise["id"] and each["outcome"] != "passed"
             )
             yield self._next(exercise["id"], check["function"], exercise["file"], check["id"])
+        elif waited := [name for each in content["checks"] for name in each["waits_for"]]:
+            # All that is left waits for what was not asked for.
+            first = exercises.load().exercise(waited[0])
+            yield self._next(first.id, first.functions[0], first.file, first.checks[0].id)
 
     def _next(self, name: str, function: str, file: str, check: str) -> Line:
         # The middle of a check's id is what K= takes, where a function has two exercises.

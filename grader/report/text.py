@@ -14,6 +14,7 @@ from grader.report.summary import Line, Summary
 MAX_ERRORS = 3  # of one file, shown whole
 MAX_WARNINGS = 5
 MAX_EXPLAINED = 8  # exercises
+MAX_WAITING = 3
 MAX_PRINTED, MAX_PRINTED_WIDTH = 5, 100  # lines and columns of what a function printed
 BAR_CELLS, SHORT_BAR_CELLS = 10, 5
 MAX_CUT = 8  # letters of a title, before the functions give way
@@ -190,7 +191,24 @@ class View:
                 self.texts.say("report.more_exercises", ids=", ".join([*wrong][MAX_EXPLAINED:])),
                 "",
             )
+        yield from self._waiting()
         yield from self._notes()
+
+    def _waiting(self) -> Iterator[Line]:
+        """Show what is seen of the first check of each exercise that waits: calm, no question."""
+        seen: dict[str, Row] = {}
+        for each in self.content["checks"]:
+            if each["waits_for"]:
+                seen.setdefault(each["exercise"], each)
+        for each in list(seen.values())[:MAX_WAITING]:
+            yield "", ""
+            yield f"{each['exercise']} {each['function']} - {each['title']}", "dim"
+            for key in ("note", "message"):
+                yield from ((f"  {line}", "dim") for line in each[key].splitlines())
+        if len(seen) > MAX_WAITING:
+            ids = ", ".join([*seen][MAX_WAITING:])
+            yield "", ""
+            yield self.texts.say("report.more_waiting", ids=ids), "dim"
 
     def _exercise(self, checks: list[Row]) -> Iterator[Line]:
         shown = checks if self.content["partial"] else checks[:1]

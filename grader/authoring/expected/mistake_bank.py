@@ -1,6 +1,6 @@
 """Makes the bank of a folder of expected data: what the checks find wrong in each known mistake.
 
-    python -m grader.authoring.expected.mistake_bank [--out DIR] [--check]
+    python -m grader.authoring.expected.mistake_bank [--out DIR] [--only TP2.2] [--check]
 
 Each mistake of reference/mistakes/ is built and graded as a submission is, on the checks of its own
 exercise. `--check` only compares: the bank is that of today's mistakes and suites.
@@ -29,17 +29,29 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; return the exit code: 1 when the bank is not of today."""
     parser = argparse.ArgumentParser(prog="python -m grader.authoring.expected.mistake_bank")
     parser.add_argument("--out", type=Path, default=FOLDER, help="folder (default: %(default)s)")
+    parser.add_argument(
+        "--only", metavar="ID", help="the mistakes of one exercise; the others stay"
+    )
     parser.add_argument("--check", action="store_true", help="compare with what is there")
     options = parser.parse_args(arguments)
     if options.check:
         return check(options.out)
-    store(options.out)
+    store(options.out, only=options.only or "")
     return 0
 
 
-def store(folder: Path, cache: Path = ROOT / "build" / "cache") -> None:
-    """Put the bank into a folder of expected data. Raises ExpectedError, OSError."""
-    known = {each.id: answers(each, folder, cache) for each in mistakes.load()}
+def store(folder: Path, cache: Path = ROOT / "build" / "cache", only: str = "") -> None:
+    """Put the bank into a folder of expected data. Raises ExpectedError, OSError.
+
+    With `only`, an exercise, what the bank holds of the others stays as it is.
+    """
+    before = recognition.read(folder) if only else {}
+    known = {
+        each.id: before[each.id]
+        if each.id in before and each.exercise != only
+        else answers(each, folder, cache)
+        for each in mistakes.load()
+    }
     content = recognition.encode(known)
     (folder / BANK).write_bytes(content)
     stored = read_manifest(folder)

@@ -16,7 +16,7 @@ from pathlib import Path
 from grader.authoring.proof.mutants_changes import Mutant
 from grader.authoring.proof.mutants_source import extent, parsed
 from grader.authoring.specimens import patches
-from grader.build import toolchain
+from grader.build import substitution, toolchain
 from grader.build.builder import Builder, Built
 from grader.build.records import Binding, BuildResult, BuildStatus, Target
 from grader.checking.expected_data import SIZE
@@ -74,6 +74,11 @@ class Kit:
         """Return the library for functions, with pictures of that size."""
         return self.core(Target(*size, bool(self._runtime)))
 
+    def probed(self, size: Size) -> Library:
+        """Return the library for functions, with the probe in the place of trace_ray."""
+        built = self._make(Target(*size, bool(self._runtime)))
+        return self._core(substitution.probed(built))
+
     def renderer(self) -> Library:
         """Return the library for whole pictures."""
         return self.core(Target(*PICTURE_SIZE))
@@ -84,7 +89,9 @@ class Kit:
 
     def core(self, target: Target) -> Library:
         """Return the library of a target."""
-        result = self._make(target).result
+        return self._core(self._make(target).result)
+
+    def _core(self, result: BuildResult) -> Library:
         if result.library not in self._cores:
             if result.preload not in self._workers:
                 worker = self._stack.enter_context(start_worker(result.preload))

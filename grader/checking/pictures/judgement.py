@@ -66,7 +66,9 @@ def check_picture(student: Student, scene: int, stage: str, *only: str) -> None:
     picture = ExpectedPicture(scene, stage)
     texels = expected_files.read_texels(student.folder) if scene in PATTERNED else None
     got = student.picture(scene, texels, **picture.options)
-    found = judge(student.folder, picture, got, only, shown=not student.waits)
+    # A picture of one colour, drawn by stubs, shows nothing.
+    empty = student.meets_stubs and whole.is_plain(got)
+    found = judge(student.folder, picture, got, only, shown=student.is_begun and not empty)
     student.observations.look_at(picture.name, found.candidates)
     if found.remark:
         student.remarks.append(found.remark)

@@ -71,6 +71,14 @@ def explain(got: Image, expected: Image, envelope: Envelope, objects: Mask) -> M
     return _scaled(got, expected, objects)
 
 
+def turned(got: Image, expected: Image, tolerance: float) -> str:
+    """Return the key of what puts a picture of any size right at every pixel, "" for nothing."""
+    for key, change in _changes():
+        if (np.abs(change(got) - expected) <= tolerance).all():
+            return key
+    return ""
+
+
 def _share_far(picture: Image, envelope: Envelope) -> float:
     return float((outside(picture, envelope) > FAR).mean())
 

@@ -133,9 +133,8 @@ def _shown(judged: Judged) -> Shown:
         points=_points(result),
     )
     parts = [Shown(f"<b>{escape(head)}</b>", head)]
-    if result.outcome in _CALM:
-        notes = [each.note for each in judged.checks if each.note]
-        calm = notes[0] if notes else say("to_do", file=result.file)
+    if result.outcome is Outcome.TODO:
+        calm = say("to_do", file=result.file)
         parts.append(Shown(f"<p>{escape(calm)}</p>", calm))
     else:
         parts += _checks(judged.checks)
@@ -151,16 +150,21 @@ def _points(result: ExerciseResult) -> str:
 
 
 def _checks(checks: Sequence[CheckResult]) -> list[Shown]:
-    """Tell the first check that fails in full, the others by a line; and one pixel of a picture."""
+    """Tell the first check that fails in full, the others by a line; and one pixel of a picture.
+
+    Of those that wait, the first one shows what is seen meanwhile.
+    """
     parts: list[Shown] = []
-    in_full = next((each for each in checks if each.outcome not in (Outcome.PASSED, *_CALM)), None)
+    wrong = [each for each in checks if each.outcome not in (Outcome.PASSED, *_CALM)]
+    waiting = [each for each in checks if each.outcome is Outcome.BLOCKED and each.note]
+    in_full = [*wrong[:1], *waiting[:1]]
     for each in checks:
         outcome = texts().say(f"outcome.{each.outcome.value}")
         line = say("checked", symbol=SYMBOLS[each.outcome], title=each.title, outcome=outcome)
         parts.append(Shown(f"<div>{escape(line)}</div>", line))
         if each.note:
             parts.append(Shown(f"<p>{escape(each.note)}</p>", f"  {each.note}"))
-        if each is in_full:
+        if each in in_full:
             parts.append(explained(each))
     return parts + [pointed(pixel) for pixel in _pixels(checks)[:1]]
 

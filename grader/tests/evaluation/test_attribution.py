@@ -11,6 +11,7 @@ from typing import NoReturn
 import pytest
 
 from grader.authoring.specimens import mistakes, patches
+from grader.authoring.specimens.half_written import without
 from grader.build import substitution
 from grader.build.builder import Builder
 from grader.build.records import Target
@@ -25,7 +26,6 @@ from grader.execution.libraries import Libraries
 from grader.execution.worker_process import Died
 from grader.intake.records import Submission
 from grader.tests.support.judging import judge, solution
-from grader.tests.support.stubs import without
 
 RULES = exercises.load()
 KNOWN = {each.id: each for each in mistakes.load()}
@@ -55,7 +55,7 @@ def lies_in(check: exercises.Check, exercise: str) -> bool:
 @pytest.mark.parametrize("exercise", EACH)
 def test_an_exercise_left_out_costs_its_own_points(exercise: str, cache: Path) -> None:
     """It is to do; the others keep their points, but what is written in the same function."""
-    checks = judge(without(exercise, RULES), cache)
+    checks = judge(without({exercise}), cache)
     inside = [each for each in RULES.checks().values() if lies_in(each, exercise)]
     lost = RULES.exercise(exercise).points + sum(each.points for each in inside)
     assert outcomes(checks, exercise) == {"todo"}
@@ -72,14 +72,18 @@ def test_without_the_reference_what_depends_on_it_waits(
 ) -> None:
     """Nothing else is held to be wrong; what needs the exercise is at worst waiting for it."""
     monkeypatch.setattr(substitution, "is_possible", lambda: False)
-    checks = judge(without(exercise, RULES), cache)
+    checks = judge(without({exercise}), cache)
     assert outcomes(checks, exercise) == {"todo"}
     for each in checks.values():
         if each.exercise != exercise and each.outcome.value != "passed":
             assert exercise in RULES.needed(RULES.checks()[each.id]), each.id
             assert each.outcome.value in ("blocked", "todo"), each.id
-            assert not each.images, each.id  # which nobody would be shown
-            assert exercise in each.note or each.outcome.value == "todo", each.note
+            if each.outcome.value == "blocked":
+                assert exercise in each.waits_for, each.id
+                assert exercise in each.note, each.id
+                assert not each.hint, each.id
+            else:
+                assert not each.images, each.id  # which nobody would be shown
 
 
 NEAREST = "tp2.intersect_scene.nearest"
@@ -341,7 +345,7 @@ def test_the_same_mirror_written_out_has_its_points(cache: Path) -> None:
 
 def test_a_mixed_library_holds_nothing_of_the_reference_but_what_is_asked_for(cache: Path) -> None:
     """Neither the judged function's version, nor what nobody can call, is in it."""
-    files = {name: text.encode() for name, text in without("TP2.B2", RULES).items()}
+    files = {name: text.encode() for name, text in without({"TP2.B2"}).items()}
     submission = Submission("rendu", files, missing=())
     needed = RULES.needed(RULES.checks()[NEAREST])
     names = {name for each in needed for name in RULES.exercise(each).functions}

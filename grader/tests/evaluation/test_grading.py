@@ -38,7 +38,7 @@ def test_a_negative_check_needs_its_twin() -> None:
     """Refusing everything is worth nothing; refusing and drawing is worth both."""
     passed = finding(OFF_SCREEN, Outcome.PASSED)
     assert judged(finding(INSIDE, Outcome.PASSED), passed)[OFF_SCREEN] == ("passed", 40)
-    assert judged(finding(INSIDE, Outcome.CRASHED), passed)[OFF_SCREEN] == ("failed", 0)
+    assert judged(finding(INSIDE, Outcome.CRASHED), passed)[OFF_SCREEN] == ("blocked", 0)
     own = finding(INSIDE, Outcome.FAILED, "TP1.4")
     assert judged(own, passed)[OFF_SCREEN] == ("todo", 0)
 
@@ -48,7 +48,7 @@ def test_a_negative_check_needs_its_twin() -> None:
     [
         (Outcome.FAILED, ["TP1.4"], "todo"),
         (Outcome.CRASHED, ["TP1.4", "TP1.2"], "todo"),
-        (Outcome.FAILED, ["TP1.2"], "blocked"),
+        (Outcome.FAILED, ["TP1.2"], "failed"),
         (Outcome.FAILED, [], "failed"),
         (Outcome.PASSED, ["TP1.4"], "passed"),
         (Outcome.ERROR, ["TP1.4"], "error"),
@@ -57,7 +57,7 @@ def test_a_negative_check_needs_its_twin() -> None:
 def test_markers_decide_between_to_do_and_wrong(
     outcome: Outcome, todo: list[str], expected: str
 ) -> None:
-    """Own marker: to do; another's: blocked; neither right answers nor faults of ours change."""
+    """Own marker: to do; one that right code never meets there, right answers: nothing changes."""
     assert judged(finding(INSIDE, outcome, *todo))[INSIDE][0] == expected
 
 
@@ -73,7 +73,72 @@ def test_what_may_be_anothers_fault_waits_for_it() -> None:
     assert judged(nearest, wrong)[NEAREST] == ("blocked", 0)
     assert judged(replace(nearest, alone=True), wrong)[NEAREST] == ("failed", 0)
     (_, told), _ = grade([wrong, nearest], RULES, TEXTS)
-    assert told.note == "À revoir après TP2.3 : l'erreur peut venir de là."
+    assert told.waits_for == ("TP2.3",)
+    assert told.note.startswith("À revoir après TP2.3 : l'erreur peut venir de là.")
+    assert told.hint == ""  # nobody is asked about what may be right
+
+
+RAYTRACE, FLAT = "tp2.raytrace.colors", "tp2.scene.flat_0"
+TRACED, FLAT_1 = "tp2.trace_ray.object", "tp2.scene.flat_1"
+LIGHT, MIRROR = "tp3.direct_light.one", "tp4.mirror_color.sky"
+
+
+@pytest.mark.parametrize(
+    ("check", "later"),
+    [
+        (RAYTRACE, ["TP2.6", "TP4.B1"]),
+        (LIGHT, ["TP4.1"]),
+        (MIRROR, ["TP5.2"]),
+        (TRACED, ["TP3.2", "TP4.1", "TP4.3", "TP5.2"]),
+        ("tp3.scene.checker_6", ["TP3.B2", "TP2.B1"]),
+    ],
+)
+def test_what_comes_later_hides_no_mistake(check: str, later: list[str]) -> None:
+    """Stubs of later exercises and of bonuses were met: the mistake is shown all the same."""
+    assert judged(finding(check, Outcome.FAILED, *later))[check][0] == "failed"
+
+
+def test_a_bonus_waits_for_the_bonus_that_its_picture_holds() -> None:
+    """Scene 5 has cylinders beside its cones: without them the picture says nothing of the cone."""
+    stub = finding("tp2.intersect_cylinder.meets", Outcome.FAILED, "TP2.B1")
+    cones = finding("tp2.scene.flat_5", Outcome.FAILED, "TP2.B1")
+    assert judged(stub, cones)["tp2.scene.flat_5"][0] == "blocked"
+
+
+@pytest.mark.parametrize("outcome", [Outcome.CRASHED, Outcome.TIMEOUT])
+def test_what_crashes_or_loops_never_waits_for_a_stub(outcome: Outcome) -> None:
+    """intersect_scene is a stub; trace_ray crashes all the same by itself."""
+    stub = finding(NEAREST, Outcome.FAILED, "TP2.5")
+    assert judged(stub, finding(TRACED, outcome, "TP2.5"))[TRACED][0] == outcome.value
+
+
+def test_a_crash_inside_a_wrong_function_is_that_ones() -> None:
+    """intersect_plane crashes, called by itself and by intersect_scene: one exercise is red."""
+    inside = Message("death.SIGSEGV", {"call": "f()", "function": "intersect_plane"})
+    own = replace(finding(PLANE, Outcome.CRASHED), message=inside)
+    through = replace(finding(NEAREST, Outcome.CRASHED), message=inside)
+    assert judged(own, through)[NEAREST][0] == "blocked"
+    elsewhere = Message("death.SIGSEGV", {"call": "f()", "function": "intersect_scene"})
+    assert judged(own, replace(through, message=elsewhere))[NEAREST][0] == "crashed"
+
+
+def test_in_a_circle_the_first_on_the_way_of_a_ray_is_shown() -> None:
+    """Raytrace and trace_ray need each other's pictures: the one with a wrong check of its own."""
+    pictures = [finding(FLAT, Outcome.FAILED), finding(FLAT_1, Outcome.FAILED)]
+    found = judged(finding(RAYTRACE, Outcome.FAILED), *pictures)
+    assert [found[each][0] for each in (RAYTRACE, FLAT, FLAT_1)] == ["failed", "failed", "blocked"]
+    found = judged(finding(TRACED, Outcome.FAILED), *pictures)
+    assert [found[each][0] for each in (TRACED, FLAT, FLAT_1)] == ["failed", "blocked", "failed"]
+    # When no function tells, the first exercise of the course.
+    found = judged(*pictures)
+    assert [found[each][0] for each in (FLAT, FLAT_1)] == ["failed", "blocked"]
+
+
+def test_only_root_causes_are_named() -> None:
+    """The plane is wrong, so the scene waits, and trace_ray waits for the plane: not the scene."""
+    wrong = [finding(each, Outcome.FAILED) for each in (PLANE, NEAREST, TRACED)]
+    checks, _ = grade(wrong, RULES, TEXTS)
+    assert [each.waits_for for each in checks] == [(), ("TP2.3",), ("TP2.3",)]
 
 
 def test_what_is_not_written_waits_for_nothing() -> None:

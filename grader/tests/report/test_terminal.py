@@ -23,12 +23,12 @@ def exercise(number: int, outcome: str, points: float, **other: Any) -> dict[str
     return {**names, **rest, "points": points, "max_points": 4, **other}
 
 
-def check(number: int, outcome: str, name: str = "a", **other: str) -> dict[str, Any]:
+def check(number: int, outcome: str, name: str = "a", **other: Any) -> dict[str, Any]:
     """Return a check of an exercise, as results.json has it."""
     names = {"id": f"tp1.f{number}.{name}", "exercise": f"TP1.{number}", "function": f"f{number}"}
     rest = {"title": f"ligne {name}", "outcome": outcome, "message": f"message {name}", "note": ""}
     rest["output"] = ""
-    return {**names, **rest, "hint": "Question ?", **other}
+    return {**names, **rest, "hint": "Question ?", "waits_for": [], **other}
 
 
 def content(*rows: tuple[dict[str, Any], list[dict[str, Any]]], **other: Any) -> dict[str, Any]:
@@ -398,15 +398,18 @@ def test_no_wall_of_failures() -> None:
 
 def test_the_next_step_is_the_first_that_can_be_done() -> None:
     """What is right or waits for something else is not the next step."""
+    waiting = check(2, "blocked", note="Attendre.", waits_for=["TP1.3"])
     lines = shown(
         content(
             (exercise(1, "passed", 4), [check(1, "passed")]),
-            (exercise(2, "blocked", 0), [check(2, "blocked", note="Attendre.")]),
+            (exercise(2, "blocked", 0), [waiting]),
             (exercise(3, "todo", 0), [check(3, "todo")]),
         )
     )
     assert "Prochaine étape : TP1.3, la fonction f3 dans main.c. Puis : make grade K=f3" in lines
-    assert "TP1.2 - Attendre." in lines
+    assert lines[lines.index("TP1.2 f2 - ligne a") + 1] == "  Attendre."
+    assert "  message a" in lines  # what is seen meanwhile
+    assert "  Question ?" not in lines
     assert "Tout est encore à écrire : c'est le point de départ." not in lines
 
 

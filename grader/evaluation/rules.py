@@ -1,0 +1,137 @@
+"""Whose fault a failure is: what is judged, what is still to be written, and what waits for what.
+
+A check waits only for an exercise that right code calls in it, that comes before its own or in the
+same TP, on the way from the first exercise to the last: what comes later, and the bonuses, are
+switched off in it. Who crashes, loops or writes where nothing is to be written is never told to
+wait, unless it happens inside a function that is already known to be wrong.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+from grader.course.exercises import Check, Manifest
+from grader.evaluation.records import Finding, Outcome
+
+DONE_WRONG = (Outcome.FAILED, Outcome.CRASHED, Outcome.TIMEOUT)
+_ENDED = (Outcome.CRASHED, Outcome.TIMEOUT)
+# The function was never judged: its question would lead astray.
+_BESIDE = (
+    *("failure.missing", "failure.not_built", "failure.not_linked", "failure.unreadable"),
+    *("failure.error", "failure.expected", "death.missing_symbol"),
+)
+
+
+@dataclass(frozen=True)
+class Settled:
+    """What the findings mean beside one another.
+
+    `findings` have the outcome that they have in the end, in their order; `waits` has, by check,
+    the exercises that a blocked one waits for, in the order of the course; `unwritten` are those
+    whose own marker was met.
+    """
+
+    findings: tuple[Finding, ...]
+    waits: dict[str, tuple[str, ...]]
+    unwritten: frozenset[str]
+
+
+def settle(findings: Sequence[Finding], rules: Manifest) -> Settled:
+    """Say of each failure whether it is to be done, to be looked at, or waits for another.
+
+    The checks of functions convict first, those that call the fewest others before the rest; then
+    the pictures, in the order of the course. So of exercises that might blame each other the first
+    one on the way of a ray is at fault, and only what is wrong by itself is ever waited for.
+    """
+    judge = _Judge(rules, unwritten(findings, rules), {each.check for each in findings})
+    for each in sorted(findings, key=judge.turn):
+        judge.hear(each)
+    return Settled(
+        tuple(replace(each, outcome=judge.outcomes[each.check]) for each in findings),
+        judge.waits,
+        judge.unwritten,
+    )
+
+
+def at_fault(findings: Iterable[Finding], rules: Manifest) -> frozenset[str]:
+    """Return the exercises of which a check did not pass."""
+    checks = rules.checks()
+    wrong = (each for each in findings if each.outcome is not Outcome.PASSED)
+    return frozenset(checks[each.check].exercise for each in wrong)
+
+
+def unwritten(findings: Iterable[Finding], rules: Manifest) -> frozenset[str]:
+    """Return the exercises whose own marker was met where a check did not pass."""
+    checks = rules.checks()
+    wrong = (each for each in findings if each.outcome is not Outcome.PASSED)
+    return frozenset(
+        checks[each.check].exercise for each in wrong if checks[each.check].exercise in each.todo
+    )
+
+
+def is_judged(finding: Finding, check: Check) -> bool:
+    """Say whether a check failed of which the exercise is written, and could be called."""
+    failed = finding.outcome in DONE_WRONG
+    return failed and check.exercise not in finding.todo and not is_beside(finding)
+
+
+def is_beside(finding: Finding) -> bool:
+    """Whether what is wrong has nothing to do with what the check's question is about."""
+    return finding.message is not None and finding.message.key in _BESIDE
+
+
+class _Judge:
+    """Hears the findings one after the other, and convicts exercises."""
+
+    def __init__(self, rules: Manifest, unwritten: frozenset[str], asked: set[str]) -> None:
+        self.outcomes: dict[str, Outcome] = {}
+        self.waits: dict[str, tuple[str, ...]] = {}
+        self.unwritten = unwritten
+        self._rules = rules
+        self._order = [each.id for each in rules.exercises]
+        self._asked = {rules.checks()[each].exercise for each in asked}
+        self._wrong: dict[str, set[Outcome]] = {}  # exercises that are wrong by themselves
+
+    def turn(self, finding: Finding) -> tuple[bool, bool, bool, int, int]:
+        """Return the place of a finding among those to hear."""
+        check = self._rules.checks()[finding.check]
+        return (
+            not finding.alone,
+            check.is_picture,
+            bool(check.judges),
+            0 if check.is_picture else len(self._rules.waited_for(check)),
+            self._order.index(check.exercise),
+        )
+
+    def hear(self, finding: Finding) -> None:
+        """Settle a finding."""
+        check = self._rules.checks()[finding.check]
+        outcome = finding.outcome
+        if outcome not in (Outcome.PASSED, Outcome.ERROR):
+            if check.exercise in finding.todo:
+                outcome = Outcome.TODO
+            elif suspects := self._suspects(finding, check):
+                is_todo = check.exercise in self.unwritten
+                outcome = Outcome.TODO if is_todo else Outcome.BLOCKED
+                self.waits[check.id] = tuple(sorted(suspects, key=self._order.index))
+            else:
+                self._wrong.setdefault(check.exercise, set()).add(outcome)
+        self.outcomes[check.id] = outcome
+
+    def _suspects(self, finding: Finding, check: Check) -> set[str]:
+        """Return the exercises that may be the cause of a failure."""
+        if finding.alone or is_beside(finding):
+            return set()
+        allowed = self._rules.waited_for(check)
+        if finding.outcome in _ENDED:
+            return {each for each in allowed & self._wrong.keys() if self._ends(each, finding)}
+        met = {each for each in finding.todo if each not in self._asked}
+        return set(allowed & (self.unwritten | self._wrong.keys() | met))
+
+    def _ends(self, exercise: str, finding: Finding) -> bool:
+        """Say whether code that did not come back was in a function of a convicted exercise."""
+        function = finding.message.values.get("function") if finding.message else None
+        if function:
+            return function in self._rules.exercise(exercise).functions
+        return bool(self._wrong[exercise] & {*_ENDED})
