@@ -1,6 +1,6 @@
 """Calling a submission's functions, which run in another process, with numpy arrays.
 
-    from grader.runner import open_core
+    from grader.execution.session import open_core
 
     with open_core(Path("reference"), width=320, height=180) as core:  # builds, starts a worker
         with core.session() as s:                                # a fresh process

@@ -79,14 +79,18 @@ def test_a_fault_of_the_grader_is_a_failure(
     assert list(tmp_path.iterdir()) == []
 
 
+# pytest remembers what lies beside the folders on its way, at most 1000 names: others come and go.
 FREED = """
-import gc, sys
+import functools, gc, sys
 from pathlib import Path
-from grader.batch.grade_one import BuildFolder, grade
+from grader.batch.grade_one import Place, grade
 from grader.tests.batch import test_crew
 place, counts = BuildFolder(Path(sys.argv[1])), []
 for task in test_crew.first_tps(4):
     assert not grade(task, place).failure
+    for each in gc.get_objects():
+        if isinstance(each, functools._lru_cache_wrapper) and each.__module__ == "_pytest.nodes":
+            each.cache_clear()
     gc.collect()
     counts.append(len(gc.get_objects()))
 print(counts[-1] - counts[1])
@@ -105,7 +109,7 @@ def test_a_worker_keeps_nothing_of_a_submission(tmp_path: Path) -> None:
     """However many it grades: Python has no more objects after the fourth than after the second."""
     command = [sys.executable, "-c", FREED, str(tmp_path)]
     more = subprocess.check_output(command, cwd=ROOT, text=True, timeout=300)
-    assert int(more) < 20
+    assert int(more) < 3
 
 
 def test_a_full_disk_is_no_mistake_of_the_student(
@@ -121,8 +125,8 @@ def test_a_full_disk_is_no_mistake_of_the_student(
 
 OWNER = """
 import sys, time
-from grader.batch import temporary
-print(temporary.own_folder(), flush=True)
+from grader.batch import scratch
+print(scratch.own_folder(), flush=True)
 time.sleep(float(sys.argv[1]))
 """
 

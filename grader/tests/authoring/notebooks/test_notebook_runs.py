@@ -132,8 +132,8 @@ def test_a_crash_in_tp2_ends_only_its_cells(cache: Path, tmp_path: Path) -> None
 # Shorter limits than a student's: nothing here takes long unless it never ends.
 IMPATIENT = """\
 core.seconds = 1.0
-from grader import judge
-judge.UNIT_LIMITS = judge.PICTURE_LIMITS = judge.Limits(cpu=1.0)"""
+from grader.checking import student
+student.UNIT_LIMITS = student.PICTURE_LIMITS = student.Limits(cpu=1.0)"""
 
 
 def test_an_endless_loop_in_tp4_ends_only_its_cells(cache: Path, tmp_path: Path) -> None:
