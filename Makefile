@@ -4,7 +4,7 @@
 # Paths here are relative, and values travel by the environment, so that this works from any folder.
 
 .DEFAULT_GOAL := help
-.PHONY: help grade mrt try lab submit update release batch purge oral notebooks figures expected calibrate prove skeleton format lint test bench doctor wheelhouse print-flags clean
+.PHONY: help grade mrt try lab submit update release batch purge oral notebooks figures expected calibrate prove skeleton format lint test test-all bench doctor wheelhouse print-flags clean
 
 SUBMISSION ?= core_c
 SRC ?= core_c
@@ -93,13 +93,25 @@ format: ## met le C et le Python en forme | lays out the C and the Python
 lint: ## relit le C et le Python | checks the C and the Python
 	@$(call PYTHON_OF,dev) && set -ex && "$$python" -m ruff check --no-cache . && \
 	    "$$python" -m ruff format --no-cache --check . && \
-	    "$$python" -m mypy --cache-dir "$$BUILD/mypy" && \
 	    "$${python%/*}/clang-format" --dry-run -Werror $(C_FILES) && \
-	    "$${python%/*}/clang-tidy" --quiet core_c/*.c reference/*.c -- -std=gnu11 -Icore_c
+	    printf '%s\n' core_c/*.c reference/*.c | \
+	        xargs -P 2 -I FILE "$${python%/*}/clang-tidy" --quiet FILE -- -std=gnu11 -Icore_c && \
+	    "$$python" -m mypy --cache-dir "$$BUILD/mypy"
 
-test: lint ## tous les tests du projet | every test of the project
-	@$(call PYTHON_OF,dev) && set -x && "$$python" -m grader.authoring.skeleton.skeleton --check && "$$python" -m grader.authoring.skeleton.originals --check && \
-	    "$$python" -m grader.authoring.workbook.notebooks --check && "$$python" -m pytest
+test: ## les tests du projet, en quelques minutes | the tests of the project, in a few minutes
+	@$(MAKE) --no-print-directory -j 2 lint suite
+
+test-all: test ## et ceux qui passent tout en revue | and those that go through everything
+	@$(call PYTHON_OF,dev) && set -x && $(PYTEST) -m exhaustive
+
+# The generated files are those of their sources; the tests, side by side, one more at a time than there are cores
+# since many wait.
+PYTEST = "$$python" -m pytest -p xdist -n "$$(($$(getconf _NPROCESSORS_ONLN) + 1))" --dist loadgroup
+.PHONY: suite
+suite:
+	@$(call PYTHON_OF,dev) && set -x && "$$python" -m grader.authoring.skeleton.skeleton --check && \
+	    "$$python" -m grader.authoring.skeleton.originals --check && \
+	    "$$python" -m grader.authoring.workbook.notebooks --check && $(PYTEST)
 
 bench: ## les mesures de performance ; d'une classe : CLASS=200, KILLS=10 | the benchmarks; of a class: CLASS=200, KILLS=10
 	@$(call PYTHON_OF,dev) && case "$$CLASS,$$KILLS" in \

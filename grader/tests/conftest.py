@@ -1,7 +1,12 @@
-"""What the tests of the grader share: a cache of builds, and small submissions made for a test."""
+"""What the tests of the grader share: a cache of builds, and small submissions made for a test.
+
+`make test` runs them side by side, in several processes of pytest-xdist. A test goes wherever there
+is room, but those that share a fixture of their module stay together, so that it is made once.
+"""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -15,10 +20,31 @@ ROOT = Path(__file__).resolve().parents[2]
 Write = Callable[..., Path]
 
 
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Keep together what shares a fixture of its module, where tests run side by side."""
+    if not config.pluginmanager.hasplugin("xdist"):
+        return
+    for item in items:
+        if _shares(item) and item.get_closest_marker("xdist_group") is None:
+            item.add_marker(pytest.mark.xdist_group(item.location[0]))
+
+
+def _shares(item: pytest.Item) -> bool:
+    """Whether a test needs a fixture that is made once for its module."""
+    made = item._fixtureinfo.name2fixturedefs.values()  # type: ignore[attr-defined]
+    return any(each[-1].scope == "module" for each in made)
+
+
 @pytest.fixture(scope="session")
 def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a folder of builds that all the tests share; its name is hard on every path."""
-    return tmp_path_factory.mktemp("été au labo")
+    """Return a folder of builds that all the tests share; its name is hard on every path.
+
+    The processes of pytest-xdist have it in common: what one has compiled no other compiles again.
+    """
+    own = tmp_path_factory.getbasetemp()
+    folder = (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "builds" / "été au labo"
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
 
 
 @pytest.fixture

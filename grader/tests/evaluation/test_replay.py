@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import io
-import os
 import shutil
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
@@ -36,6 +35,7 @@ from grader.intake.records import Submission
 from grader.report import page, terminal
 from grader.tests.support.judging import solution
 from grader.tests.support.reports import every_outcome
+from grader.tests.support.sampling import sampled
 
 RULES = exercises.load()
 KNOWN = {each.id: each for each in mistakes.load()}
@@ -65,7 +65,7 @@ SAMPLE = {
     "samples_neighbours_blurred": "scene0.smooth",
     "glass_odds_reversed": "scene7.glass",
 }
-# The others that show in a picture; with MRT_ALL=1.
+# The others that show in a picture.
 OTHERS = {
     "camera_aspect_forgotten": "scene0.flat",
     "camera_aspect_multiplied": "scene0.flat",
@@ -180,7 +180,7 @@ def failing(student: Student, name: str) -> Finding:
 
 @pytest.mark.parametrize(
     ("name", "picture"),
-    {**SAMPLE, **(OTHERS if os.environ.get("MRT_ALL") else {})}.items(),
+    sampled({**SAMPLE, **OTHERS}.items(), SAMPLE.items()),
 )
 def test_the_first_wrong_value_is_that_of_the_mistake(cache: Path, name: str, picture: str) -> None:
     """Where the picture is most wrong, the exercise named is the one the mistake was made in."""

@@ -23,7 +23,10 @@ def folder(tmp_path: Path, cache: Path, monkeypatch: pytest.MonkeyPatch) -> Iter
     for path in (ROOT / "reference").glob("*.[ch]"):
         shutil.copyfile(path, place / path.name)
     monkeypatch.setenv("MRT_CORE", str(place))
-    monkeypatch.setenv("BUILD", str(cache.parent))
+    build = tmp_path / "build"
+    build.mkdir()
+    (build / "cache").symlink_to(cache)
+    monkeypatch.setenv("BUILD", str(build))
     monkeypatch.setenv("MRT_LANG", "en")
     yield place
     check.JUDGE.close()

@@ -15,7 +15,7 @@ import pytest
 from grader.setup import doctor
 from grader.tests.support.shell import ROOT, reachable, run, script
 
-TARGETS = re.findall(r"^([a-z]+):.*## ", (ROOT / "Makefile").read_text(encoding="utf-8"), re.M)
+TARGETS = re.findall(r"^([a-z-]+):.*## ", (ROOT / "Makefile").read_text(encoding="utf-8"), re.M)
 
 
 @pytest.fixture(scope="module")
