@@ -26,13 +26,15 @@ from pathlib import Path
 from types import TracebackType
 
 from grader.build import sanitizer_guard, toolchain
+from grader.build.compiler_run import BuildError
 from grader.build.records import BuildResult, Target
-from grader.build.target import LANGUAGES, BuildError, ObjectFile, Symbols, TargetBuild, key_of
+from grader.build.target import LANGUAGES, ObjectFile, Symbols, TargetBuild, key_of
 from grader.build.toolchain import Compiler
 from grader.course import exercises as manifest
 from grader.course import settings
 from grader.intake import originals
 from grader.intake.records import Submission
+from grader.sandbox.budget import Budget
 
 __all__ = ["BuildError", "Builder", "Built", "build"]
 
@@ -74,9 +76,15 @@ class Builder:
     """
 
     def __init__(
-        self, submission: Submission, cache: Path, compiler: Compiler | None = None
+        self,
+        submission: Submission,
+        cache: Path,
+        compiler: Compiler | None = None,
+        budget: Budget | None = None,
     ) -> None:
         self.compiler = compiler or toolchain.find_compiler()
+        self._budget = budget or Budget()  # of the submission
+        self._slow: dict[tuple[Path, str], ObjectFile] = {}
         self._submission, self._cache = submission, cache
         self._compilers = ThreadPoolExecutor(os.cpu_count() or 1)
         # What takes little time does not queue behind the files of the targets to come.
@@ -122,7 +130,7 @@ class Builder:
         rejected = dict(base.result.rejected) if base else {}
         while True:
             sources = _clean_folder(kept, self._submission.in_place, self._cache)
-            job = TargetBuild(sources, target, self.compiler, self._cache)
+            job = TargetBuild(sources, target, self.compiler, self._cache, self._budget, self._slow)
             binding = self._quick.submit(job.bind)
             objects = self._objects(job, kept, base)
             wrong = _to_leave_out(job, objects, kept)
@@ -206,6 +214,8 @@ def _is_apart(drawing: Iterable[Symbols], others: Sequence[Symbols]) -> bool:
 def _switching_off(symbols: Mapping[str, Symbols]) -> dict[str, str]:
     """Return the errors of the files that define what would switch the sanitizers off."""
     found = {name: sanitizer_guard.in_symbols(name, each.defined) for name, each in symbols.items()}
+    many = {name: f"{name}:1:1: error: it defines too many names\n" for name in symbols}
+    found |= {name: many[name] for name, each in symbols.items() if not each.whole}
     return {name: errors for name, errors in found.items() if errors}
 
 

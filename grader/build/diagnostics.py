@@ -22,6 +22,9 @@ _MEANINGS = (
     ("build.taken", r"as different kind of symbol"),
     ("build.twice", r"redefinition of"),
     ("build.off_switch", r"switches the sanitizers off"),
+    ("build.slow", r"^compiling takes too long"),
+    ("build.huge", r"^what is made of it takes more than"),
+    ("build.gives_up", r"^the compiler gives up"),
 )
 _INCLUDED = re.compile(r"(In file included from|\s+from) ")
 _DUPLICATE = re.compile(r"multiple definition of [`'‘](\w+)['’]")

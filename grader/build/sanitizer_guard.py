@@ -14,8 +14,11 @@ _ATTRIBUTE = rb"no_sanitize\w*|no_address_safety_analysis|disable_sanitizer_inst
 _SYMBOL = rb"__(?:a|ub|l)san_\w+|__sanitizer_\w+|__cyg_profile_\w+"
 _WORD = re.compile(rb"\b_*(?:" + _ATTRIBUTE + rb")\b|\b(?:" + _SYMBOL + rb")\b")
 _DEFINED = re.compile(_SYMBOL.decode())
-# Comments and strings, where anything may stand; but a string in an attribute is no such thing.
-_SILENT = re.compile(rb"//[^\n]*|/\*.*?\*/|\"(?:\\.|[^\"\\\n])*\"", re.DOTALL)
+# Comments, strings and characters, where anything may stand; but a string in an attribute is no
+# such thing. What is begun always ends, at the end of the line or of the file: one pass is enough.
+_SILENT = re.compile(
+    rb"//[^\n]*|/\*.*?(?:\*/|\Z)|\"(?:\\.|[^\"\\\n])*\"?|'(?:\\.|[^'\\\n])*'?", re.DOTALL
+)
 
 
 def in_text(files: Mapping[str, bytes]) -> str:

@@ -8,14 +8,12 @@ loaded.
 from __future__ import annotations
 
 import hashlib
-import os
-import re
-import tempfile
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping, MutableMapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from grader.build import sanitizer_guard, toolchain
+from grader.build.compiler_run import BuildError, make
 from grader.build.declarations import declared
 from grader.build.records import Binding, BuildResult, BuildStatus, Function, Target
 from grader.build.toolchain import Compiler
@@ -23,23 +21,14 @@ from grader.course import exercises
 from grader.course.message import UserError
 from grader.files import write_whole
 from grader.intake.submission import SHIM
-from grader.sandbox.tools import OUT_OF_TIME, give_away, run_tool, take_back
+from grader.sandbox.budget import Budget
+from grader.sandbox.tools import PARTS, run_tool
 
 LANGUAGES = ("c", "c++")
-# What a sandbox says that cannot begin, and the compiler's drivers of their own parts.
-_KILLED = re.compile(
-    r"^(?:bwrap|setpriv|prlimit): "
-    r"|^[\w.+/-]+: (?:fatal )?error: (?:Killed signal terminated program"
-    r"|\w+ terminated with signal 9|unable to execute command: Killed)",
-    re.MULTILINE,
-)
 NM_SECONDS = 20
+SYMBOL_BYTES = 1_000_000  # of the list of a submission's: a right one's takes some thousands
 COUNTING = exercises.PACKAGE / "build" / "shim" / "count.c"
 COUNT = "mrt_object_tests"  # its function: the entries since it was last called
-
-
-class BuildError(UserError):
-    """The machine or the given files are at fault, not the submission."""
 
 
 class MixError(UserError):
@@ -60,8 +49,22 @@ class ObjectFile:
 class Symbols:
     """The global names that an object defines, and those that it takes from elsewhere."""
 
-    defined: frozenset[str]
-    wanted: frozenset[str]
+    defined: frozenset[str] = frozenset()
+    wanted: frozenset[str] = frozenset()
+    whole: bool = True  # nothing was left out
+
+
+def _listed(output: str, paths: Sequence[Path]) -> dict[Path, Symbols]:
+    """Return what nm has listed: the path of an object when there are several, then its names."""
+    heads = {f"{path}:": path for path in paths}
+    found: dict[Path, tuple[set[str], set[str]]] = {}
+    own = found.setdefault(paths[0], (set(), set())) if len(paths) == 1 else (set(), set())
+    for line in output.splitlines():
+        if line in heads:
+            own = found.setdefault(heads[line], (set(), set()))
+        elif len(words := line.split(" ")) > 1:
+            own[words[1] in ("U", "w")].add(words[0])
+    return {path: Symbols(frozenset(d - w), frozenset(w)) for path, (d, w) in found.items()}
 
 
 def _in_order(names: Iterable[str]) -> list[str]:
@@ -83,6 +86,9 @@ class TargetBuild:
     target: Target
     compiler: Compiler
     cache: Path
+    budget: Budget | None = None  # None: what is built is no submission
+    # What was given up, by folder and file: it would take as long again for another target.
+    slow: MutableMapping[tuple[Path, str], ObjectFile] = field(default_factory=dict)
 
     def units(self) -> list[str]:
         """Return the names of the files to compile."""
@@ -90,6 +96,8 @@ class TargetBuild:
 
     def compile(self, name: str, language: str) -> ObjectFile:
         """Compile one file of the clean folder as one of LANGUAGES."""
+        if known := self.slow.get((self.sources, name)):
+            return known
         done = self._compile(self.sources / name, name, language)
         if done.errors or name not in self.own():
             return done
@@ -115,18 +123,17 @@ class TargetBuild:
         paths = [each.path.resolve() for each in objects.values()]
         # No plugin: binutils loads all that it finds, LLVM's among them, which takes it 20 ms.
         flags = [] if self.compiler.platform == "darwin" else ["--plugin=/dev/null"]
-        command = ["nm", *flags, "-P", "-g", "-A", *map(str, paths)]
-        ran = run_tool(command, self.sources, paths, seconds=NM_SECONDS)
-        if ran.killed:
+        command = ["nm", *flags, "-P", "-g", *map(str, paths)]
+        ran = run_tool(command, self.sources, paths, seconds=NM_SECONDS, most=SYMBOL_BYTES)
+        if ran.killed or not ran.began:
             raise BuildError("machine.failed", detail="nm: killed")
-        lines = ran.output.splitlines()
-        found = {}
-        for name, path in zip(objects, paths, strict=True):
-            prefix = f"{path}: "
-            own = [line[len(prefix) :].split(" ") for line in lines if line.startswith(prefix)]
-            wanted = frozenset(words[0] for words in own if words[1:2] in (["U"], ["w"]))
-            found[name] = Symbols(frozenset(words[0] for words in own) - wanted, wanted)
-        return found
+        listed = _listed(ran.output, paths)
+        if ran.cut:  # what is not seen may be anything: of the last one listed
+            last = list(listed)[-1]
+            listed[last] = replace(listed[last], whole=False)
+        return {
+            name: listed.get(path, Symbols()) for name, path in zip(objects, paths, strict=True)
+        }
 
     def weakened(self, each: ObjectFile, names: Sequence[str]) -> ObjectFile:
         """Return the object with these names weak: another's definition takes their place.
@@ -139,9 +146,9 @@ class TargetBuild:
         path = each.path.with_name(f"{key_of(each.path.name, flags)}.o")
         if not path.exists():
             command = ["objcopy", *flags, str(each.path.resolve())]
-            status, output = _run(command, path, self.sources, [each.path])
-            if status != 0:
-                raise MixError("machine.failed", detail=output)
+            made = make(command, path, self.sources, [each.path], each.path.name)
+            if made.failed:
+                raise MixError("machine.failed", detail=made.said)
         return replace(each, path=path)
 
     def mixed(self, named: Sequence[tuple[str, ObjectFile]]) -> str:
@@ -250,14 +257,20 @@ class TargetBuild:
         # Relative names: messages and debugging information show the student's own file.
         place = name if source.parent == self.sources else str(source.resolve())
         flags += [f"-ffile-prefix-map={self.sources.resolve()}=.", "-iquote", "."]
-        command = [*self.compiler.command, *flags, "-c", place, "-o"]
-        status, output = _run(command, object_file, self.sources, [source])
-        if status != 0:
-            return ObjectFile(
-                object_file, output or f"{name}: {self.compiler.command[0]} failed", ""
-            )
-        write_whole(kept, output.encode())
-        return ObjectFile(object_file, "", output, language)
+        command = [*self._driver(), *flags, "-c", place, "-o"]
+        budget = None if name in given or source.parent != self.sources else self.budget
+        made = make(command, object_file, self.sources, [source], name, budget)
+        if made.failed:
+            done = ObjectFile(object_file, made.said, "")
+            if made.slow:
+                self.slow[self.sources, name] = done
+            return done
+        write_whole(kept, made.said.encode())
+        return ObjectFile(object_file, "", made.said, language)
+
+    def _driver(self) -> list[str]:
+        """Return the compiler's command; gcc also tells how each of its parts has ended."""
+        return [*self.compiler.command, *([] if self.compiler.is_clang else PARTS)]
 
     def _link(
         self, library: Path, named: Sequence[tuple[str, ObjectFile]], extra: Sequence[str]
@@ -267,35 +280,10 @@ class TargetBuild:
         flags = [*toolchain.link_flags(self.compiler, self.target), *extra]
         if any(each.language == "c++" for _, each in named):
             flags.append(toolchain.cxx_library(self.compiler))
-        command = [*self.compiler.command, *files, *flags, "-o"]
-        status, output = _run(command, library, self.sources, [each.path for _, each in named])
+        command = [*self._driver(), *files, *flags, "-o"]
+        inputs = [each.path for _, each in named]
+        made = make(command, library, self.sources, inputs, named[0][0], self.budget)
+        said = made.said
         for name, each in named:
-            output = output.replace(str(each.path.resolve()), name)
-        return (output or "the linker failed") if status != 0 else ""
-
-
-def _run(
-    command: Sequence[str], output: Path, cwd: Path, inputs: Sequence[Path]
-) -> tuple[int, str]:
-    """Run the compiler, shut in, whose output then takes its name; return status and messages.
-
-    `inputs` are the files that it reads beside those of `cwd` and the system's.
-    """
-    output.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=output.parent) as folder:
-        give_away(Path(folder))
-        part = Path(folder) / f"output{output.suffix}"
-        line = [*command, str(part.resolve())]
-        ran = run_tool(line, cwd, inputs, [Path(folder)], toolchain.COMPILE_SECONDS)
-        if ran.status == 0:
-            take_back(part)
-            os.replace(part, output)
-    if ran.status == OUT_OF_TIME:
-        return 1, f"compiling takes more than {toolchain.COMPILE_SECONDS} s\n"
-    if ran.status < 0 or ran.killed or _KILLED.search(ran.errors):
-        # Its own limits end it otherwise: somebody, or a machine short of memory, has killed it.
-        raise BuildError("machine.compiler_fails", command=command[0], error="killed")
-    errors, made = ran.errors, str(part.resolve().parent)
-    if made in errors:  # the assembler tells the name of its input: nobody's business
-        errors = re.sub(rf"{re.escape(made)}/cc\w+", "asm", errors)
-    return ran.status, errors
+            said = said.replace(str(each.path.resolve()), name)
+        return said if made.failed else ""

@@ -12,7 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from grader.build.target import BuildError
+from grader.build.compiler_run import BuildError
 from grader.course.exercises import Manifest
 from grader.course.texts import Texts
 from grader.evaluation.pipeline import report_of, run_checks

@@ -7,6 +7,7 @@ worker's modules and cffi's compiled part are. Nothing is printed but by the com
 from __future__ import annotations
 
 import os
+import signal
 import sys
 from pathlib import Path
 
@@ -25,6 +26,8 @@ def main(words: list[str]) -> None:
         [path for option, _, path in places if option == "--read"],
         [path for option, _, path in places if option == "--write"],
     )
+    for each in (signal.SIGPIPE, signal.SIGXFSZ):  # Python's own doing, which would be inherited
+        signal.signal(each, signal.SIG_DFL)
     os.execvp(words[end + 1], words[end + 1 :])
 
 

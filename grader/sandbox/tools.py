@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
+import re
 import select
 import shutil
 import signal
@@ -17,7 +18,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import IO
 
@@ -31,20 +32,39 @@ FILE_BYTES = 32 << 20
 OUT_OF_TIME = -1000  # as a status: no signal's number
 MAX_OUTPUT_BYTES = 200_000  # of messages that are kept
 ENVIRONMENT = {"PATH": "/usr/bin:/bin", "LC_ALL": "C.UTF-8"}
+# What tells how a tool ended: a shell around it, behind the sandbox and the limits, which writes to
+# a file of ours. Its words come from nothing that the tool reads or prints.
+_REPORTING = 'echo began >&0; "$@" {redirected}; s=$?; {{ echo ended $s; times; }} >&0; exit $s'
+_ALONE, _WITH_PARTS = "</dev/null", "3>&0 </dev/null"
+# The same around each program that gcc starts in its turn, as its option.
+PARTS = ("-wrapper", 'sh,-c,"$@" 3>&-; s=$?; echo part $s >&3; exit $s,sh')
+_SHELL_SIGNAL = 128  # a shell adds it to a signal's number
+_NOT_STARTED = (126, 127)
+_SECONDS = re.compile(r"(\d+)m([\d.]+)s")
 
 
 @dataclass(frozen=True)
 class ToolResult:
-    """How a tool ended: its exit status, and the beginning of what it said."""
+    """How a tool ended: its exit status, the beginning of what it said, and the CPU seconds.
+
+    `parts` are the statuses of the programs that it started, as a shell tells them, and `signals`
+    those that ended it or one of them. `began` is false when what shuts it in has failed: whatever
+    was said is not the tool's; `cut`, that it said more than is kept.
+    """
 
     status: int
     output: str
     errors: str
+    began: bool = True
+    cut: bool = False
+    parts: tuple[int, ...] = ()
+    signals: frozenset[int] = frozenset()
+    cpu: float = 0.0
 
     @property
     def killed(self) -> bool:
         """Whether somebody has killed it, or what started it: its limits end it otherwise."""
-        return self.status in (-signal.SIGKILL, 128 + signal.SIGKILL)
+        return signal.SIGKILL in self.signals
 
 
 def run_tool(
@@ -53,30 +73,61 @@ def run_tool(
     readable: Sequence[Path] = (),
     writable: Sequence[Path] = (),
     seconds: float = 30,
+    most: int = MAX_OUTPUT_BYTES,
 ) -> ToolResult:
     """Run a tool in a folder, which it can read; it sees the other files only if they are listed.
 
-    Raises OSError when it cannot be started.
+    `most` bounds the bytes of output that are kept. Raises OSError when it cannot be started.
     """
     folder = folder.resolve()
     program = _program(command[0])
-    words = [program, *command[1:]]
+    redirected = _WITH_PARTS if PARTS[0] in command else _ALONE
+    words = ["sh", "-c", _REPORTING.format(redirected=redirected), "sh", program, *command[1:]]
     environment = {**ENVIRONMENT, "PATH": os.pathsep.join(_path(program))}
     if writable:
         environment["TMPDIR"] = str(writable[0].resolve())
     paths = [folder, *(each.resolve() for each in readable), *_toolchain(program)]
-    with tempfile.TemporaryFile() as output, tempfile.TemporaryFile() as errors:
-        line = _line(words, folder, paths, [each.resolve() for each in writable], environment)
+    line = _line(words, folder, paths, [each.resolve() for each in writable], environment)
+    with (
+        tempfile.TemporaryFile() as output,
+        tempfile.TemporaryFile() as errors,
+        tempfile.TemporaryFile() as report,
+    ):
         tool = subprocess.Popen(
             line,
             cwd=folder,
-            stdin=subprocess.DEVNULL,
+            stdin=report,
             stdout=output,
             stderr=errors,
             env=environment,
             start_new_session=True,
         )
-        return ToolResult(finish(tool, seconds), _beginning(output), _beginning(errors))
+        status = finish(tool, seconds)
+        ran = _result(status, seconds, _beginning(report, MAX_OUTPUT_BYTES))
+        cut = os.fstat(output.fileno()).st_size > most
+        said = _beginning(output, most), _beginning(errors, most)
+        return replace(ran, output=said[0], errors=said[1], cut=cut)
+
+
+def _result(status: int, seconds: float, report: str) -> ToolResult:
+    """Return how a tool ended, by its status as seen from here and by the report on it."""
+    lines = [line.split() for line in report.splitlines()]
+    parts = [int(words[1]) for words in lines if words[0] == "part"]
+    statuses = parts + [int(words[1]) for words in lines if words[0] == "ended"]
+    signals = {each - _SHELL_SIGNAL for each in statuses if each > _SHELL_SIGNAL}
+    ended = any(words[0] == "ended" for words in lines)
+    if not ended and status != OUT_OF_TIME:  # the shell itself, or what is around it
+        signals |= {-status} if status < 0 else {status - _SHELL_SIGNAL}
+    cpu = sum(60 * float(minutes) + float(rest) for minutes, rest in _SECONDS.findall(report))
+    return ToolResult(
+        status,
+        "",
+        "",
+        began=["began"] in lines and status not in _NOT_STARTED,
+        parts=tuple(parts),
+        signals=frozenset(each for each in signals if each > 0),
+        cpu=cpu if ended else min(seconds, CPU_SECONDS),
+    )
 
 
 def finish(process: subprocess.Popen[bytes], seconds: float) -> int:
@@ -169,6 +220,6 @@ def _limits() -> list[str]:
     return ["prlimit", *limits, f"--fsize={FILE_BYTES}", "--core=0", "--"]
 
 
-def _beginning(file: IO[bytes]) -> str:
+def _beginning(file: IO[bytes], most: int) -> str:
     file.seek(0)
-    return file.read(MAX_OUTPUT_BYTES).decode(errors="replace")
+    return file.read(most).decode(errors="replace")

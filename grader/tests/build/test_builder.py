@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from grader.build import headers, toolchain
-from grader.build import target as job
+from grader.build import compiler_run, headers, target, toolchain
 from grader.build.builder import Builder, BuildError, build
 from grader.build.declarations import declared
 from grader.build.records import BuildStatus, Target
@@ -16,7 +16,10 @@ from grader.build.toolchain import Compiler, ToolchainError
 from grader.course import exercises
 from grader.intake.originals import OriginalsError
 from grader.intake.submission import read_submission
-from grader.sandbox.tools import ToolResult
+from grader.sandbox import tools
+from grader.sandbox.budget import SECONDS, Budget
+from grader.sandbox.tools import ToolResult, run_tool
+from grader.tests.support.sources import ENDLESS
 from grader.tests.support.student import EVERY_PIXEL
 
 SMALL = Target(96, 64)
@@ -163,28 +166,89 @@ def test_flags_are_chosen_by_platform() -> None:
 
 def test_graded_flags_keep_floats_the_same_everywhere() -> None:
     """No fused multiplication, no fast mathematics, no processor of its own."""
-    for target in (SMALL, Target(96, 64, sanitized=True)):
-        flags = toolchain.compile_flags(LINUX, target)
+    for each in (SMALL, Target(96, 64, sanitized=True)):
+        flags = toolchain.compile_flags(LINUX, each)
         assert "-ffp-contract=off" in flags
         assert not {"-ffast-math", "-march=native", "-Ofast"} & set(flags)
 
 
 @pytest.mark.parametrize(
-    ("status", "words"),
+    ("result", "key"),
     [
-        (-9, ""),
-        (137, ""),  # what a sandbox says of a command that is killed
-        (1, "gcc: fatal error: Killed signal terminated program cc1\n"),
-        (1, "collect2: fatal error: ld terminated with signal 9 [Killed]\n"),
-        (1, "clang: error: unable to execute command: Killed\n"),
-        (1, "bwrap: Creating new namespace failed: Resource temporarily unavailable\n"),
+        (ToolResult(-9, "", "", signals=frozenset({9})), "machine.compiler_killed"),
+        (ToolResult(1, "", "", parts=(137,), signals=frozenset({9})), "machine.compiler_killed"),
+        (ToolResult(1, "", "bwrap: no namespace\n", began=False), "machine.failed"),
     ],
 )
 def test_a_compiler_killed_from_outside_is_the_machines_fault(
-    submission: Write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, status: int, words: str
+    submission: Write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, result: ToolResult, key: str
 ) -> None:
-    """Nobody gets a zero because the machine was short of memory."""
-    monkeypatch.setattr(job, "run_tool", lambda *_, **__: ToolResult(status, "", words))
+    """Nobody gets a zero because the machine was short of memory, or the sandbox failed."""
+    monkeypatch.setattr(compiler_run, "run_tool", lambda *_, **__: result)
     with pytest.raises(BuildError) as caught:
         build(read_submission(submission()), [SMALL], tmp_path)
-    assert caught.value.key == "machine.compiler_fails"
+    assert caught.value.key == key
+
+
+LIES = {
+    "line": '#line 1 "bwrap"\nvoid f(void) { int x; x }\n',
+    "warning": '__asm__(".warning \\"x\\\\nbwrap: killed\\"");\nint f(void) { x }\n',
+    "linker": "#error collect2: error: ld terminated with signal 9 [Killed]\n",
+    "killed": "#error gcc: fatal error: Killed signal terminated program cc1\n",
+}
+
+
+@pytest.mark.parametrize("name", LIES)
+def test_what_a_source_makes_the_compiler_say_decides_nothing(
+    submission: Write, cache: Path, name: str
+) -> None:
+    """A file that does not compile is the submission's own, whatever the messages name."""
+    folder = submission(files={"extra.c": LIES[name]})
+    (result,) = build(read_submission(folder), [SMALL], cache)
+    assert result.status is BuildStatus.BUILT
+    assert set(result.rejected) == {"extra.c"}
+
+
+def test_what_is_given_up_once_is_not_tried_again(
+    submission: Write, cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Neither in the other language nor for another target; its seconds are counted once."""
+    monkeypatch.setattr(tools, "CPU_SECONDS", 1)
+    commands = []
+
+    def counted(command: Sequence[str], *rest: Any, **more: Any) -> ToolResult:
+        commands.append(command)
+        return run_tool(command, *rest, **more)
+
+    monkeypatch.setattr(compiler_run, "run_tool", counted)
+    read = read_submission(submission(files={"extra.c": ENDLESS}))
+    budget = Budget()
+    with Builder(read, cache, budget=budget) as builder:
+        results = [builder.start(target).result().result for target in (SMALL, Target(64, 36))]
+    assert [list(each.rejected) for each in results] == [["extra.c"], ["extra.c"]]
+    assert "compiling takes too long" in results[0].log
+    assert sum("extra.c" in command for command in commands) == 1
+    assert 0.5 < SECONDS["cpu"] - budget.left("cpu") < 30
+
+
+def test_nothing_is_compiled_once_the_budget_is_spent(submission: Write, cache: Path) -> None:
+    """What is left of a submission is told so; the given files are the machine's own affair."""
+    budget = Budget()
+    budget.spend(cpu=1000)
+    files: dict[str, str | None] = {"extra.c": "int of_a_spent_budget;\n"}
+    with Builder(read_submission(submission(files=files)), cache, budget=budget) as builder:
+        result = builder.start(SMALL).result().result
+    assert "time is used up" in result.rejected["extra.c"]
+    assert "vector.c" not in result.rejected
+
+
+def test_names_that_cannot_be_looked_through_are_refused(
+    submission: Write, cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A list of symbols that is cut could hide one that switches the sanitizers off."""
+    monkeypatch.setattr(target, "SYMBOL_BYTES", 20_000)
+    many = "".join(f"int a_name_of_some_length_{k};\n" for k in range(1000))
+    hook = "#define P(a, b) a##b\nint P(__as, an_default_options)(void) { return 0; }\n"
+    folder = submission(files={"aaa.c": many, "zzz.c": hook})
+    (result,) = build(read_submission(folder), [SMALL], cache)
+    assert set(result.rejected) == {"aaa.c", "zzz.c"}

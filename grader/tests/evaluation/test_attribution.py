@@ -13,8 +13,9 @@ from grader.authoring.specimens import mistakes, patches
 from grader.authoring.specimens.half_written import without
 from grader.build import substitution
 from grader.build.builder import Builder
+from grader.build.compiler_run import BuildError
 from grader.build.records import Target
-from grader.build.target import BuildError, MixError
+from grader.build.target import MixError
 from grader.checking.student import Student
 from grader.course import exercises
 from grader.course.message import UserError

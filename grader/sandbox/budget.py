@@ -1,0 +1,67 @@
+"""What one submission may take in all: seconds of waiting, of computing, and of doing neither.
+
+Each compilation and each call has a limit of its own; what stays below all of them would still last
+for hours. A right program takes a tenth of the first two and nothing of the third: code that is
+asked for something, and neither computes nor queues for a processor, waits on purpose.
+
+The clock of the first is slowed by the load of the machine, as measured: with twice as many
+processes that want to run as there are processors, a minute counts half. The others need not be,
+since they are counted by the kernel for the process itself.
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+from collections.abc import Callable
+
+WALL, CPU, ASLEEP = "wall", "cpu", "asleep"
+SECONDS = {WALL: 120.0, CPU: 120.0, ASLEEP: 10.0}
+MOST_LOAD = 10.0  # beyond that the figure is no longer about this submission
+
+
+def load() -> float:
+    """Return how many processes want to run for each processor; 1 at least."""
+    try:
+        wanting = os.getloadavg()[0] / (os.cpu_count() or 1)
+    except OSError:
+        wanting = 1.0
+    return min(max(wanting, 1.0), MOST_LOAD)
+
+
+class Budget:
+    """The seconds of one submission. Threads share it."""
+
+    def __init__(
+        self, clock: Callable[[], float] = time.monotonic, load: Callable[[], float] = load
+    ) -> None:
+        self._clock, self._load = clock, load
+        self._seen = clock()
+        self._used = dict.fromkeys(SECONDS, 0.0)
+        self._busy = threading.Lock()
+
+    def spend(self, cpu: float = 0.0, asleep: float = 0.0) -> None:
+        """Note seconds that the submission has taken."""
+        with self._busy:
+            self._used[CPU] += cpu
+            self._used[ASLEEP] += asleep
+
+    def left(self, kind: str = WALL) -> float:
+        """Return how many seconds of a kind are left, of wall time as they pass now."""
+        return max(SECONDS[kind] - self._count()[kind], 0.0) * (
+            self._load() if kind == WALL else 1.0
+        )
+
+    @property
+    def spent(self) -> str:
+        """The kind that is used up, "" as long as there is something left of each."""
+        used = self._count()
+        return next((kind for kind in SECONDS if used[kind] >= SECONDS[kind]), "")
+
+    def _count(self) -> dict[str, float]:
+        with self._busy:
+            now = self._clock()
+            self._used[WALL] += (now - self._seen) / self._load()
+            self._seen = now
+            return dict(self._used)
