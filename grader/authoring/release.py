@@ -34,7 +34,7 @@ from grader.setup import release_record
 from grader.setup.release_record import RECORD, TOP, Release, digest
 
 # Beside the files that exercises.toml names.
-CORE_FILES = (authors.NAME, "texture.ppm")
+CORE_FILES = (authors.NAME, "texture.ppm", "Makefile")
 # By folder, the kinds of files that go in; sources of the notebooks stay behind.
 FOLDERS = {
     "grader": (

@@ -59,6 +59,13 @@ def member(name: str, kind: bytes = tarfile.REGTYPE) -> tarfile.TarInfo:
     return entry
 
 
+def test_the_students_folder_holds_nothing_foreign() -> None:
+    """As it is handed out: its Makefile is neither judged nor refused."""
+    found = read_submission(exercises.CORE)
+    assert "Makefile" not in found.files
+    assert (found.refused, found.changed, found.missing) == ((), (), ())
+
+
 def test_files_are_found_at_any_depth(tmp_path: Path) -> None:
     """In a folder, a .zip (of Windows too) and a .tar.gz, the same files come out."""
     (tmp_path / "a b" / "core_c").mkdir(parents=True)

@@ -188,6 +188,19 @@ def test_mrt_that_fails_leaves_no_old_program(project: Path) -> None:
     assert not (project / "core_c" / "mrt").exists()
 
 
+def test_make_in_the_students_folder_hands_on(project: Path) -> None:
+    """The same commands, even where a file of that name lies; alone, the list of them."""
+    core = project / "core_c"
+    shutil.copy(ROOT / "core_c" / "Makefile", core)
+    (core / "mrt").write_text("not a program", encoding="utf-8")
+    os.utime(core / "mrt", (1, 1))
+    done = run("make", "mrt", "WIDTH=64", cwd=core)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert run(str(core / "mrt"), cwd=core).stdout == "64"
+    listed = run("make", cwd=core)
+    assert listed.stdout.split()[:3] == ["make", "help", "cette"]
+
+
 def test_try_runs_the_students_tests(project: Path) -> None:
     """`make try` gives the tests their own main, beside the program's, and every other source."""
     done = run("make", "try", cwd=project)
