@@ -4,7 +4,7 @@
 # Paths here are relative, and values travel by the environment, so that this works from any folder.
 
 .DEFAULT_GOAL := help
-.PHONY: help grade mrt try lab submit update release batch purge oral notebooks figures expected calibrate prove skeleton format lint test test-all bench doctor wheelhouse print-flags clean
+.PHONY: help grade mrt try debug restore lab submit update release batch purge oral notebooks figures expected calibrate prove skeleton format lint test test-all bench doctor wheelhouse print-flags clean
 
 SUBMISSION ?= core_c
 SRC ?= core_c
@@ -34,8 +34,14 @@ grade: ## évalue votre code : TP=1, K=fill, HINT=2, SUBMISSION=dossier | grades
 mrt: ## compile core_c/mrt : WIDTH=640 HEIGHT=360, SCENE_SIZE=, CC= | builds core_c/mrt: WIDTH=640 HEIGHT=360, SCENE_SIZE=, CC=
 	@sh grader/setup/program.sh mrt
 
-try: ## compile et lance vos propres tests, core_c/my_tests.c | builds and runs your own tests, core_c/my_tests.c
+try: ## compile et lance vos propres tests, core_c/my_tests.c, ou un appel qui échoue : CASE=TP2.4 | builds and runs your own tests, core_c/my_tests.c, or a failing call: CASE=TP2.4
 	@sh grader/setup/program.sh try
+
+debug: ## ouvre vos tests dans gdb, ou un appel qui échoue : K=TP2.4 | opens your tests in gdb, or a failing call: K=TP2.4
+	@CASE="$${CASE:-$$K}" sh grader/setup/program.sh debug
+
+restore: ## remet les fichiers fournis de core_c/, sans toucher aux vôtres | puts the given files of core_c/ back, and leaves yours alone
+	@$(call PYTHON_OF,python) && "$$python" -m grader.setup.restore
 
 doctor: ## ce que cette machine sait faire, et comment compléter | what this machine has, and how to get the rest
 	@$(call PYTHON_OF,python) && "$$python" -m grader.setup.doctor
@@ -85,7 +91,7 @@ skeleton: ## refait les fichiers à compléter depuis reference/ | makes the fil
 	@$(call PYTHON_OF,grade) && "$$python" -m grader.authoring.skeleton.skeleton && "$$python" -m grader.authoring.skeleton.originals
 
 # The C that is laid out alike; the submissions of the tests are as wild as they are.
-C_FILES = core_c/*.[ch] notebooks/first_steps/*.c reference/*.[ch] grader/build/shim/*.c grader/execution/*.c grader/authoring/bench/*.c grader/authoring/expected/pictures/*.c grader/tests/setup/program/*.c
+C_FILES = core_c/*.[ch] notebooks/first_steps/*.c reference/*.[ch] grader/build/shim/*.c grader/execution/*.c grader/setup/*.c grader/authoring/bench/*.c grader/authoring/expected/pictures/*.c grader/tests/setup/program/*.c
 format: ## met le C et le Python en forme | lays out the C and the Python
 	@$(call PYTHON_OF,dev) && "$$python" -m ruff check --no-cache --fix-only . && "$$python" -m ruff format --no-cache . && \
 	    "$${python%/*}/clang-format" -i $(C_FILES)

@@ -46,7 +46,10 @@ FOLDERS = {
 }
 LEFT_OUT = ("grader/batch/", "grader/authoring/", "grader/tests/")
 WHOLE_FILES = ("LICENSE", "pyproject.toml")
-TARGETS = ("help", "grade", "mrt", "try", "lab", "submit", "update", "doctor", "clean")
+TARGETS = (
+    *("help", "grade", "mrt", "try", "debug", "restore"),
+    *("lab", "submit", "update", "doctor", "clean"),
+)
 SECTIONS = ("Les cinq premières minutes", "The first five minutes", "Commands")
 GIT_SECONDS = 30
 FIRST_DATE = 315532800  # 1980: no .zip can hold an earlier one

@@ -26,7 +26,8 @@ def _files(submission: Submission, texts: Texts) -> Iterator[str]:
     if submission.missing:
         yield texts.say("note.skeleton_file", names=", ".join(submission.missing))
     if submission.changed:
-        yield texts.say("note.changed_file", names=", ".join(submission.changed))
+        key = "note.given_file" if submission.in_place else "note.changed_file"
+        yield texts.say(key, names=", ".join(submission.changed))
     if submission.converted:
         yield texts.say("note.converted_file", names=", ".join(submission.converted))
     yield from (_refused(each, texts) for each in submission.refused[:MAX_REFUSED])

@@ -236,11 +236,14 @@ class View:
             yield "  " + self.texts.say("report.more_checks", count=count, keyword=keyword), ""
 
     def _more_help(self, checks: list[Row]) -> Iterator[Line]:
-        """Say how to ask for the next hint, where there is one."""
+        """Say how to ask for the next hint, and how to make the call again, where one can."""
+        say, name = self.texts.say, checks[0]["exercise"]
         levels = [each["hints"][0]["level"] for each in checks if "hints" in each]
         if levels:
-            values = {"id": checks[0]["exercise"], "level": min(levels)}
-            yield "  " + self.texts.say("report.more_help", **values), "dim"
+            yield "  " + say("report.more_help", id=name, level=min(levels)), "dim"
+        places = {Path(each["path"]).parent for each in self.content["submission"]["sources"]}
+        if any(each["reproducer"] for each in checks) and places == {Path(exercises.CORE.name)}:
+            yield "  " + say("report.again", id=name), "dim"
 
     def _notes(self) -> Iterator[Line]:
         """Yield what there is to know besides, the same words once for all their exercises."""

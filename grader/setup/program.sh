@@ -2,12 +2,15 @@
 # Builds the ray tracer's program, for `make mrt`, and the student's own tests, for `make try`.
 #
 #   sh grader/setup/program.sh mrt      core_c/mrt; for another SRC, or a read-only core_c, BUILD/<name of SRC>/mrt
-#   sh grader/setup/program.sh try      BUILD/try, built with the sanitizers where they work, then run
+#   sh grader/setup/program.sh try      BUILD/try/my_tests, built with the sanitizers where they work, then run
+#   sh grader/setup/program.sh debug    the same without optimisation, in gdb
 #   sh grader/setup/program.sh flags    says what would be used, without building
 #
 # Runs in the project's folder. Reads from the environment:
 #   SRC                      folder of the student's files, core_c by default; given files always come from core_c
 #   BUILD                    where outputs go
+#   CASE                     try, debug: an exercise, a function or a check that the last grade showed to fail;
+#                            the call that shows it takes the place of my_tests.c
 #   CC                       the C compiler, cc by default
 #   WIDTH HEIGHT SCENE_SIZE  the picture's size in pixels, the most objects of a scene
 #   PLATFORM                 what `uname -s` says; a test says another name
@@ -20,12 +23,16 @@ BUILD=${BUILD:-build}
 CC=${CC:-cc}
 PLATFORM=${PLATFORM:-$(uname -s)}
 
-# say FRENCH ENGLISH
+# say FRENCH ENGLISH; at a terminal no word is cut at the end of a line.
 say() {
     case ${MRT_LANG:-fr} in
-    en*) echo "$2" ;;
-    *) echo "$1" ;;
+    en*) set -- "$2" ;;
     esac
+    if [ -t 1 ]; then
+        echo "$1" | fold -s -w "$(stty size <&1 2>/dev/null | cut -d ' ' -f 2)" 2>/dev/null || echo "$1"
+    else
+        echo "$1"
+    fi
 }
 
 # fail FRENCH ENGLISH
@@ -54,7 +61,7 @@ choose_flags() {
     mkdir -p "$BUILD" 2>/dev/null && [ -w "$BUILD" ] || fail \
         "Impossible d'écrire dans $BUILD. Donnez un dossier à vous : make BUILD=DOSSIER" \
         "Cannot write in $BUILD. Give a folder of yours: make BUILD=DIR"
-    flags="-std=gnu11 -g -Wall -Wextra"
+    flags="-std=gnu11 -g -Wall -Wextra -Wfatal-errors"
     for name in WIDTH HEIGHT SCENE_SIZE; do
         eval "value=\${$name:-}"
         case $value in
@@ -94,16 +101,24 @@ choose_mrt_flags() {
     fi
 }
 
+# choose_try_flags OPTIMISATION
 choose_try_flags() {
     choose_flags
     libraries=-lm
-    flags="$flags -O1 -fno-omit-frame-pointer"
+    flags="$flags $1 -fno-omit-frame-pointer"
     sanitizers="-fsanitize=address,undefined"
     if works $sanitizers; then
         flags="$flags $sanitizers"
     else
         say "Pas de sanitizers sur cette machine : les erreurs de mémoire ne seront pas toutes vues." \
             "No sanitizers on this machine: not every memory error will be seen." >&2
+    fi
+}
+
+# Names the given files that are not as they were handed out, where there is a Python to look; stops where one is missing.
+check_given() {
+    if python=$(sh grader/setup/environment.sh python 2>/dev/null); then
+        "$python" -m grader.setup.restore --check
     fi
 }
 
@@ -158,34 +173,95 @@ build_mrt() {
         "$program is ready. For example: cd ${program%/mrt} && ./mrt 1 image"
 }
 
-run_tests() {
+# Sets tests, function and the size of the pictures: the student's own tests, or the call of CASE.
+choose_tests() {
+    function=main
+    if [ -n "${CASE:-}" ]; then
+        python=$(sh grader/setup/environment.sh python)
+        found=$("$python" -m grader.setup.failing_call "$CASE" "$BUILD") || exit 1
+        {
+            read -r tests
+            read -r function
+            read -r width || :
+            read -r height || :
+        } <<END
+$found
+END
+        WIDTH=${WIDTH:-$width} HEIGHT=${HEIGHT:-$height}
+        return
+    fi
     tests=$SRC/my_tests.c
     [ -e "$tests" ] || tests=core_c/my_tests.c
     [ -e "$tests" ] || fail "$tests manque : écrivez-y un main() qui essaie vos fonctions." \
         "$tests is missing: write a main() there that tries your functions."
-    mkdir -p "$BUILD/try"
-    compile "$BUILD/try/main.o" -c -Dmain=mrt_program_main "$SRC/main.c"
-    compile "$BUILD/try/my_tests" "$tests" "$BUILD/try/main.o" "$@"
-    ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=print_stacktrace=1 exec "$BUILD/try/my_tests"
+}
+
+# object SOURCE FLAG...: compiles a source, unless that was done since it or a header changed; sets object.
+object() {
+    source=$1
+    shift
+    object=$objects/$(basename "$source" .c).o
+    [ "$object" -nt "$source" ] && [ -z "$(find "$SRC" core_c -name '*.h' -newer "$object")" ] ||
+        compile "$object" -c "$@" "$source"
+}
+
+# Sets program: the tests, linked with every source. The objects of other flags are kept apart.
+build_tests() {
+    objects=$BUILD/try/$(printf '%s' "$CC $flags $SRC" | cksum | cut -d ' ' -f 1)
+    mkdir -p "$objects"
+    object "$SRC/main.c" -Dmain=mrt_program_main
+    main=$object
+    set -- "$@" "$tests"
+    case $flags in *-fsanitize=*) set -- "$@" grader/setup/sanitizers.c ;; esac
+    for source; do
+        object "$source"
+        shift
+        set -- "$@" "$object"
+    done
+    program=$BUILD/try/$(basename "$tests" .c)
+    compile "$program" "$main" "$@"
+}
+
+run_tests() {
+    build_tests "$@"
+    exec "$program"
+}
+
+debug_tests() {
+    command -v gdb >/dev/null || fail "gdb manque. Lancez make doctor, qui dit comment l'installer." \
+        "gdb is missing. Run make doctor, which says how to install it."
+    build_tests "$@"
+    say "gdb s'arrête au début de $function : n avance d'une ligne, s entre dans une fonction, p x montre x, q quitte." \
+        "gdb stops at the beginning of $function: n goes on by a line, s goes into a function, p x shows x, q quits."
+    DEBUGINFOD_URLS='' exec gdb -q -ex "break $function" -ex run "$program"
 }
 
 case ${1:-} in
 mrt)
     choose_mrt_flags
+    check_given
     with_sources build_mrt
     ;;
 try)
-    choose_try_flags
+    choose_tests
+    choose_try_flags -O1
+    check_given
     with_sources run_tests
+    ;;
+debug)
+    choose_tests
+    choose_try_flags -O0
+    check_given
+    with_sources debug_tests
     ;;
 flags)
     choose_mrt_flags
     echo "mrt: $CC $flags $libraries"
-    choose_try_flags
+    choose_try_flags -O1
     echo "try: $CC $flags $libraries"
     ;;
 *)
-    echo "usage: sh grader/setup/program.sh mrt|try|flags" >&2
+    echo "usage: sh grader/setup/program.sh mrt|try|debug|flags" >&2
     exit 2
     ;;
 esac

@@ -20,6 +20,7 @@ from grader.setup.sentences import in_language
 
 TOP = "miniraytracer"  # the folder inside the archive
 RECORD = "grader/release.json"
+ORIGINALS = "grader/intake/originals.zip"  # what core_c/ held
 SCHEMA = 1
 MAX_FILES = 5_000
 MAX_BYTES = 200_000_000  # of all files, unpacked

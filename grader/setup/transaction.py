@@ -66,9 +66,9 @@ def replace(plan: Plan, root: Path) -> Done:
     """Make the update. Raises HandoutError: nothing has changed, unless it says otherwise."""
     if not plan.steps:
         return Done("")
-    backup = _free(root / time.strftime("sauvegarde-%Y-%m-%d-%H%M%S"))
+    backup = free(root / time.strftime("sauvegarde-%Y-%m-%d-%H%M%S"))
     beside = {
-        step.path: _free(place.with_stem(f"{place.stem}-ma-version"))
+        step.path: free(place.with_stem(f"{place.stem}-ma-version"))
         for step in plan.steps
         for place in [root / step.path]
         if step.theirs and step.path.endswith(".ipynb")
@@ -91,7 +91,7 @@ def replace(plan: Plan, root: Path) -> Done:
     return Done(backup.name, names)
 
 
-def _free(path: Path) -> Path:
+def free(path: Path) -> Path:
     """Return the path, with a number when it is taken."""
     number, free = 1, path
     while free.exists() or free.is_symlink():

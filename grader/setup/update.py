@@ -16,12 +16,11 @@ from io import BytesIO
 from pathlib import Path, PurePosixPath
 
 from grader.setup import release_record
-from grader.setup.release_record import RECORD, HandoutError, Release, digest
+from grader.setup.release_record import ORIGINALS, RECORD, HandoutError, Release, digest
 from grader.setup.sentences import in_language
 from grader.setup.transaction import Done, Plan, Step, replace
 
 ROOT = Path(__file__).resolve().parent.parent.parent
-ORIGINALS = "grader/intake/originals.zip"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

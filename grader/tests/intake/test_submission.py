@@ -17,7 +17,10 @@ from pathlib import Path
 import pytest
 
 from grader.authoring.skeleton import originals as packing
+from grader.build.records import BuildResult, BuildStatus, Target
 from grader.course import exercises
+from grader.course.texts import Texts
+from grader.evaluation.remarks import notes
 from grader.intake import archives, originals, tar_stream
 from grader.intake import submission as intake
 from grader.intake.archives import SubmissionError
@@ -27,6 +30,7 @@ from grader.intake.submission import read_submission
 from grader.report import results
 
 Write = Callable[..., Path]
+BUILT = BuildResult(BuildStatus.BUILT, Target(96, 64))
 MAIN = b'#include "raytracer.h"\n'
 
 
@@ -480,10 +484,13 @@ def test_core_c_itself_is_judged_with_the_packed_originals(
     (core / "scene.c").write_bytes(b"#error mine\n")
     read = read_submission(core)
     assert (read.in_place, read.changed) == (True, ("scene.c",))
+    assert "make restore" in "".join(notes(read, [BUILT], sanitized=True, texts=Texts("fr")))
     assert originals.read(in_place=True)["scene.c"] != b"#error mine\n"
     assert originals.read(in_place=False)["scene.c"] == b"#error mine\n"
     monkeypatch.setattr(originals, "REFERENCE", tmp_path / "absent")
     assert originals.read(in_place=False)["scene.c"] != b"#error mine\n"
+    (core / "ray.h").unlink()
+    assert read_submission(core).changed == ("ray.h", "scene.c")
 
 
 def test_a_drift_and_a_missing_pack_are_told(

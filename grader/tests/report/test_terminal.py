@@ -27,7 +27,7 @@ def check(number: int, outcome: str, name: str = "a", **other: Any) -> dict[str,
     """Return a check of an exercise, as results.json has it."""
     names = {"id": f"tp1.f{number}.{name}", "exercise": f"TP1.{number}", "function": f"f{number}"}
     rest = {"title": f"ligne {name}", "outcome": outcome, "message": f"message {name}", "note": ""}
-    rest["output"] = ""
+    rest |= {"output": "", "reproducer": ""}
     return {**names, **rest, "hint": "Question ?", "waits_for": [], **other}
 
 
@@ -328,6 +328,21 @@ def test_the_next_hint_is_offered() -> None:
     assert told[at + 1].endswith("HINT=3")
     last = shown(content((exercise(1, "failed", 2), [check(1, "failed")])))
     assert not any("HINT" in line for line in last)
+
+
+def test_the_call_can_be_made_again() -> None:
+    """The command that does, of one's own files; other people's are in another folder."""
+    wrong = (exercise(1, "failed", 2), [check(1, "failed", reproducer="int main(void) {}")])
+    own, other = (
+        {"name": "x", "sources": [source("main.c", "03-02T07:57", place)], "nearby": []}
+        for place in ("core_c", "rendus/ada")
+    )
+    said = "  Pour refaire cet appel : make try CASE=TP1.1 ; pas à pas, dans gdb :"
+    said += " make debug K=TP1.1"
+    assert said in shown(content(wrong, submission=own))
+    assert said not in shown(content(wrong, submission=other))
+    without = (exercise(1, "failed", 2), [check(1, "failed")])
+    assert said not in shown(content(without, submission=own))
 
 
 def test_what_a_broken_file_holds_is_not_said_to_be_wrong() -> None:

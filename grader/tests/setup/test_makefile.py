@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import shutil
 import sys
 import tempfile
+import zipfile
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from grader.setup import doctor
+from grader.setup import doctor, failing_call
 from grader.tests.support.shell import ROOT, reachable, run, script
 
 TARGETS = re.findall(r"^([a-z-]+):.*## ", (ROOT / "Makefile").read_text(encoding="utf-8"), re.M)
@@ -62,17 +64,25 @@ SOURCES = {
 }
 
 
+GIVEN = ("vector.c", "scene.c")
+
+
 @pytest.fixture
 def project(tmp_path: Path) -> Path:
     """Make the project of a few lines, in a folder whose name has spaces and accents."""
     folder = tmp_path / "l'été au labo"
     (folder / "core_c").mkdir(parents=True)
-    (folder / "grader" / "setup").mkdir(parents=True)
     for name, text in SOURCES.items():
         (folder / "core_c" / name).write_text(text, encoding="utf-8")
     shutil.copy(ROOT / "Makefile", folder)
-    for name in ("program.sh", "environment.sh"):
-        shutil.copy(ROOT / "grader" / "setup" / name, folder / "grader" / "setup")
+    leave = shutil.ignore_patterns("__pycache__", "requirements")
+    shutil.copytree(ROOT / "grader" / "setup", folder / "grader" / "setup", ignore=leave)
+    (folder / "grader" / "intake").mkdir()
+    with zipfile.ZipFile(folder / "grader" / "intake" / "originals.zip", "w") as archive:
+        for name, text in SOURCES.items():
+            entry = zipfile.ZipInfo(name)
+            entry.comment = b"given" if name in GIVEN else b"student"
+            archive.writestr(entry, text)
     return folder
 
 
@@ -178,6 +188,65 @@ def test_mrt_refuses_wrong_settings(project: Path, setting: str, message: str) -
     assert done.stderr.startswith(message)
 
 
+def test_mrt_names_a_given_file_that_is_not_as_given(project: Path) -> None:
+    """With the command that puts it back; what is missing stops the build, what was changed not."""
+    core = project / "core_c"
+    (core / "scene.c").write_text("int mine;\n", encoding="utf-8")
+    done = run("make", "mrt", cwd=project, MRT_LANG="en")
+    assert done.returncode == 0
+    assert done.stderr.startswith("A given file was changed: core_c/scene.c.")
+    assert "make restore" in done.stderr
+    (core / "scene.c").unlink()
+    done = run("make", "mrt", cwd=project)
+    assert done.returncode != 0
+    assert done.stderr.startswith("Fichier fourni absent : core_c/scene.c.")
+    assert done.stdout == ""
+
+
+def test_restore_puts_the_given_files_back_and_no_others(project: Path) -> None:
+    """A copy of what was changed is kept; the student's files stay as they are."""
+    core = project / "core_c"
+    for name in ("vector.c", "main.c"):
+        (core / name).write_text("mine", encoding="utf-8")
+    (core / "extra.c").unlink()
+    (core / "scene.c").unlink()
+    done = run("make", "restore", cwd=project)
+    assert (done.returncode, done.stderr) == (0, "")
+    (backup,) = project.glob("sauvegarde-*")
+    assert done.stdout.splitlines() == [
+        "Remis dans core_c/ : scene.c, vector.c.",
+        f"Ce que vous y aviez changé est gardé dans {backup.name}/core_c/.",
+    ]
+    assert (backup / "core_c" / "vector.c").read_text(encoding="utf-8") == "mine"
+    for name in ("vector.c", "scene.c"):
+        assert (core / name).read_text(encoding="utf-8") == SOURCES[name]
+    assert (core / "main.c").read_text(encoding="utf-8") == "mine"
+    assert not (core / "extra.c").exists()
+    # However an editor ends its lines.
+    (core / "vector.c").write_bytes(SOURCES["vector.c"].replace("\n", "\r\n").encode())
+    again = run("make", "restore", cwd=project, MRT_LANG="en")
+    assert again.stdout == "The given files are as given.\n"
+    assert len([*project.glob("sauvegarde-*")]) == 1
+
+
+def test_restore_that_cannot_write_changes_nothing(checkout: Path) -> None:
+    """One line with the cure, and no folder left behind."""
+    before = listing(checkout)
+    done = run("make", "restore", cwd=checkout, ordinary=True)
+    assert done.stdout == "Les fichiers fournis sont intacts.\n"
+    copy = checkout / "core_c"
+    copy.chmod(0o755)
+    (copy / "ray.h").rename(copy / "elsewhere")
+    copy.chmod(0o555)
+    done = run("make", "restore", cwd=checkout, ordinary=True)
+    copy.chmod(0o755)
+    (copy / "elsewhere").rename(copy / "ray.h")
+    copy.chmod(0o555)
+    assert done.returncode != 0
+    assert done.stderr.startswith("core_c/.ray.h.part : écriture impossible")
+    assert listing(checkout) == before
+
+
 def test_mrt_that_fails_leaves_no_old_program(project: Path) -> None:
     """After an error the old program is gone: it must not pass for the new one."""
     assert run("make", "mrt", cwd=project).returncode == 0
@@ -205,6 +274,150 @@ def test_try_runs_the_students_tests(project: Path) -> None:
     """`make try` gives the tests their own main, beside the program's, and every other source."""
     done = run("make", "try", cwd=project)
     assert (done.returncode, done.stdout, done.stderr) == (0, "42", "")
+
+
+def test_try_compiles_only_what_changed(project: Path) -> None:
+    """A source that was saved, or all of them after a header; other settings keep theirs."""
+
+    def objects() -> dict[str, int]:
+        assert run("make", "try", cwd=project).stdout == "42"
+        found = [*(project / "build" / "try").rglob("*.o")]
+        return {path.name: path.stat().st_mtime_ns for path in found}
+
+    def touch(name: str) -> None:
+        now = max(objects().values()) + 10**7
+        os.utime(project / "core_c" / name, ns=(now, now))
+
+    first = objects()
+    assert objects() == first
+    touch("extra.c")
+    second = objects()
+    assert {name for name in first if first[name] != second[name]} == {"extra.o"}
+    touch("sizes.h")
+    third = objects()
+    assert {name for name in second if second[name] == third[name]} == set()
+
+
+def test_try_stops_at_the_first_error(project: Path) -> None:
+    """One message of the compiler, then our sentence."""
+    (project / "core_c" / "extra.c").write_text("int a = 1 +;\nint b = 2 +;\n", encoding="utf-8")
+    (project / "core_c" / "my_tests.c").write_text("int c = 3 +;\n", encoding="utf-8")
+    done = run("make", "try", cwd=project, LC_ALL="C")
+    assert done.returncode != 0
+    assert done.stderr.count("error:") == 1
+    ours = [line for line in done.stderr.splitlines() if not line.startswith("make")]
+    assert ours[-1].startswith("La compilation a échoué")
+
+
+def test_gdb_is_not_ended_by_a_leak_of_memory(project: Path) -> None:
+    """What looks for leaks cannot run there: it is off in the program, not in its environment."""
+    if shutil.which("gdb") is None or not doctor.builds(["-fsanitize=address,undefined"]):
+        assert not os.environ.get("MRT_CI"), "CI must have gdb and the sanitizers"
+        pytest.skip("no gdb, or no sanitizers, on this machine")
+    assert run("make", "try", cwd=project).returncode == 0
+    program = str(project / "build" / "try" / "my_tests")
+    done = run("gdb", "-batch", "-ex", "run", program, cwd=project)
+    assert "exited normally" in done.stdout
+    assert "LeakSanitizer" not in done.stdout + done.stderr
+
+
+# ---- A call that failed -------------------------------------------------------------------------
+
+CALL = """\
+/* make try WIDTH=64 HEIGHT=36 */
+#include "sizes.h"
+#include <stdio.h>
+int answer(void);
+int main(void) { printf("%d %d", answer(), WIDTH); return 0; }
+"""
+
+
+def failing(folder: Path, *checks: tuple[str, str, str]) -> None:
+    """Write the results of a grade, with these checks: id, exercise, outcome."""
+    rows = [
+        {
+            **{"id": name, "exercise": exercise, "outcome": outcome, "title": "ligne"},
+            **{"function": name.split(".")[1], "message": "On attend 41.", "reproducer": CALL},
+        }
+        for name, exercise, outcome in checks
+    ]
+    path = folder / "results.json"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(json.dumps({"checks": rows}), encoding="utf-8")
+
+
+@pytest.mark.parametrize("name", ["TP1.2", "answer", "tp1.answer.b", "answer.b", "b", "ANSW"])
+def test_try_makes_a_failing_call_again(project: Path, name: str) -> None:
+    """By exercise, function or check: its program, at its size, with the functions as they are."""
+    rows = [("tp1.other.a", "TP1.1", "failed"), ("tp1.answer.c", "TP1.2", "passed")]
+    failing(project / "build" / "grade", *rows, ("tp1.answer.b", "TP1.2", "crashed"))
+    done = run("make", "try", f"CASE={name}", cwd=project)
+    assert (done.returncode, done.stdout) == (0, "42 64")
+    assert done.stderr.splitlines() == ["TP1.2 answer - ligne", "On attend 41."]
+    own = (project / "core_c" / "my_tests.c").read_text(encoding="utf-8")
+    assert own == SOURCES["my_tests.c"]
+
+
+def test_the_last_run_comes_first(project: Path) -> None:
+    """Of a full and a partial run, whichever it was; the other is looked at too."""
+    folder = project / "build" / "grade"
+    failing(folder, ("tp1.answer.whole", "TP1.2", "failed"), ("tp1.other.a", "TP1.1", "failed"))
+    failing(folder / "partial", ("tp1.answer.part", "TP1.2", "failed"))
+    os.utime(folder / "results.json", (1, 1))
+    checks = failing_call.failing(folder)
+    assert failing_call.find("TP1.2", checks)["id"] == "tp1.answer.part"
+    assert failing_call.find("other", checks)["id"] == "tp1.other.a"
+    os.utime(folder / "partial" / "results.json", (0, 0))
+    assert failing_call.find("TP1.2", failing_call.failing(folder))["id"] == "tp1.answer.whole"
+
+
+def test_a_call_that_there_is_not_is_told(project: Path) -> None:
+    """Before any grade, after one that shows nothing, or under another name: one line each."""
+
+    def said() -> str:
+        done = run("make", "try", "CASE=zorg", cwd=project, MRT_LANG="en")
+        assert (done.returncode, done.stdout) == (2, "")
+        return done.stderr.splitlines()[0]
+
+    assert said().startswith("Run make grade first")
+    failing(project / "build" / "grade", ("tp1.answer.a", "TP1.2", "passed"))
+    assert said() == "The last make grade has shown no call to make again."
+    failing(project / "build" / "grade", ("tp1.answer.a", "TP1.2", "failed"))
+    assert said().endswith("has nothing of that name to make again. It has: TP1.2")
+    (project / "build" / "grade" / "results.json").write_text("{", encoding="utf-8")
+    assert said().endswith("results.json cannot be read. Make it again: make grade")
+
+
+def test_gdb_stops_at_the_function(project: Path) -> None:
+    """It is given the program of the call, built without optimisation, and where to stop."""
+    failing(project / "build" / "grade", ("tp1.answer.a", "TP1.2", "failed"))
+    script(project / "bin" / "gdb", 'for word; do echo "$word"; done')
+    path = f"{project / 'bin'}:{os.environ['PATH']}"
+    done = run("make", "debug", "K=TP1.2", cwd=project, PATH=path)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines()[-6:] == [
+        "-q",
+        "-ex",
+        "break answer",
+        "-ex",
+        "run",
+        "build/try/call",
+    ]
+    assert "gdb s'arrête au début de answer" in done.stdout
+    own = run("make", "debug", cwd=project, PATH=path)
+    assert own.stdout.splitlines()[-4:] == ["break main", "-ex", "run", "build/try/my_tests"]
+
+
+def test_debug_without_gdb_says_how_to_get_it(project: Path) -> None:
+    """As a missing compiler does."""
+    tools = ("sh", "make", "cat", "mktemp", "mkdir", "rm", "cksum", "cut", "find", "basename")
+    for name in (*tools, "cc", "as", "ld", "python3", "uname"):
+        if found := shutil.which(name):
+            (project / "bin").mkdir(exist_ok=True)
+            (project / "bin" / name).symlink_to(found)
+    done = run("make", "debug", cwd=project, PATH=str(project / "bin"), MRT_LANG="en")
+    assert done.returncode != 0
+    assert done.stderr.startswith("gdb is missing. Run make doctor")
 
 
 def test_try_without_tests(project: Path) -> None:
@@ -251,7 +464,7 @@ def test_flags_by_platform(project: Path, tmp_path: Path, platform: str, openmp:
         cwd=project,
         PATH=f"{accepting.parent}:{os.environ['PATH']}",
     )
-    common = f"{accepting.name} -std=gnu11 -g -Wall -Wextra"
+    common = f"{accepting.name} -std=gnu11 -g -Wall -Wextra -Wfatal-errors"
     assert done.stdout.splitlines() == [
         f"mrt: {common} {openmp} -O3 -lm",
         f"try: {common} -O1 -fno-omit-frame-pointer -fsanitize=address,undefined -lm",
@@ -265,8 +478,8 @@ def test_flags_of_a_plain_compiler(project: Path, platform: str) -> None:
     path = f"{project / 'bin'}:{os.environ['PATH']}"
     done = run("make", "print-flags", f"PLATFORM={platform}", "CC=plain-cc", cwd=project, PATH=path)
     assert done.stdout.splitlines() == [
-        "mrt: plain-cc -std=gnu11 -g -Wall -Wextra -O3 -lm",
-        "try: plain-cc -std=gnu11 -g -Wall -Wextra -O1 -fno-omit-frame-pointer -lm",
+        "mrt: plain-cc -std=gnu11 -g -Wall -Wextra -Wfatal-errors -O3 -lm",
+        "try: plain-cc -std=gnu11 -g -Wall -Wextra -Wfatal-errors -O1 -fno-omit-frame-pointer -lm",
     ]
 
 

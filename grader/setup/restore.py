@@ -1,0 +1,152 @@
+"""`make restore`: those given files of core_c/ that are no longer as they were handed out.
+
+    python -m grader.setup.restore            puts them back, and keeps a copy of what was changed
+    python -m grader.setup.restore --check    only names them, on stderr; `make mrt` asks
+
+The student's own files are never touched. Standard library only: `make mrt` needs no package.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+import zipfile
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+from grader.setup.release_record import ORIGINALS, HandoutError
+from grader.setup.sentences import in_language, tell
+from grader.setup.transaction import free
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+CORE = "core_c"
+GIVEN = b"given"  # the comment, in originals.zip, of a file that is not the student's
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; return 0, 1 when a file is missing or could not be put back."""
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    try:
+        handed_out = given(ROOT)
+        missing, changed = faults(ROOT, handed_out)
+        if words == ["--check"]:
+            _name(missing, changed)
+            return 1 if missing else 0
+        backup = put_back(ROOT, handed_out, missing, changed)
+        print(*_told(missing, changed, backup), sep="\n")
+    except HandoutError as error:
+        print(error, file=sys.stderr)
+        return 1
+    return 0
+
+
+def given(root: Path) -> dict[str, bytes]:
+    """Return the given files as they were handed out. Raises HandoutError."""
+    try:
+        with zipfile.ZipFile(root / ORIGINALS) as archive:
+            entries = [each for each in archive.infolist() if each.comment == GIVEN]
+            return {each.filename: archive.read(each) for each in entries}
+    except (OSError, zipfile.BadZipFile) as error:
+        raise HandoutError(
+            in_language(
+                f"{ORIGINALS} manque ou est abîmé ({error}). Dépliez de nouveau l'archive du sujet"
+                " ailleurs, et copiez-y vos fichiers de core_c/.",
+                f"{ORIGINALS} is missing or damaged ({error}). Unpack the workbook's archive again"
+                " elsewhere, and copy your files of core_c/ there.",
+            )
+        ) from error
+
+
+def faults(root: Path, handed_out: Mapping[str, bytes]) -> tuple[list[str], list[str]]:
+    """Return the names of the given files that are not there, and of those that are otherwise."""
+    missing, changed = [], []
+    for name, original in handed_out.items():
+        try:
+            content = (root / CORE / name).read_bytes()
+        except FileNotFoundError:
+            missing.append(name)
+        except OSError:
+            changed.append(name)
+        else:
+            if _plain(content) != _plain(original):
+                changed.append(name)
+    return missing, changed
+
+
+def _plain(content: bytes) -> bytes:
+    """Return a content however an editor or git ends its lines."""
+    return content.removeprefix(b"\xef\xbb\xbf").replace(b"\r\n", b"\n").strip()
+
+
+def _name(missing: Sequence[str], changed: Sequence[str]) -> None:
+    if missing:
+        names = ", ".join(f"{CORE}/{name}" for name in missing)
+        tell(
+            f"Fichier fourni absent : {names}. Pour le remettre : make restore",
+            f"A given file is missing: {names}. To put it back: make restore",
+        )
+    if changed:
+        names = ", ".join(f"{CORE}/{name}" for name in changed)
+        tell(
+            f"Fichier fourni modifié : {names}. Votre code sera jugé avec l'original, que make"
+            " restore remet.",
+            f"A given file was changed: {names}. Your code will be judged with the original, which"
+            " make restore puts back.",
+        )
+
+
+def put_back(
+    root: Path, handed_out: Mapping[str, bytes], missing: Sequence[str], changed: Sequence[str]
+) -> Path:
+    """Put the originals back; return where the changed files were put. Raises HandoutError.
+
+    What can fail, a full disk or a closed folder, fails before anything has changed.
+    """
+    place = root / CORE
+    backup = free(root / time.strftime("sauvegarde-%Y-%m-%d-%H%M%S"))
+    parts = {name: place / f".{name}.part" for name in (*missing, *changed)}
+    try:
+        for name, part in parts.items():
+            part.write_bytes(handed_out[name])
+        if changed:
+            (backup / CORE).mkdir(parents=True)
+        for name, part in parts.items():
+            if name in changed:  # whatever it is now: a link, a folder
+                os.replace(place / name, backup / CORE / name)
+            part.replace(place / name)
+    except OSError as error:
+        raise _unwritable(error, root) from error
+    finally:
+        for part in parts.values():
+            part.unlink(missing_ok=True)
+    return backup
+
+
+def _unwritable(error: OSError, root: Path) -> HandoutError:
+    place = os.path.relpath(error.filename or root, root)
+    return HandoutError(
+        in_language(
+            f"{place} : écriture impossible ({error.strerror}). Ouvrez ce dossier en écriture ou"
+            " faites de la place, puis relancez make restore.",
+            f"{place}: cannot be written ({error.strerror}). Make that folder writable or make"
+            " room, then run make restore again.",
+        )
+    )
+
+
+def _told(missing: Sequence[str], changed: Sequence[str], backup: Path) -> Iterator[str]:
+    if not (missing or changed):
+        yield in_language("Les fichiers fournis sont intacts.", "The given files are as given.")
+        return
+    names = ", ".join((*missing, *changed))
+    yield in_language(f"Remis dans {CORE}/ : {names}.", f"Put back in {CORE}/: {names}.")
+    if changed:
+        yield in_language(
+            f"Ce que vous y aviez changé est gardé dans {backup.name}/{CORE}/.",
+            f"What you had changed there is kept in {backup.name}/{CORE}/.",
+        )
+
+
+if __name__ == "__main__":
+    sys.exit(main())
