@@ -29,6 +29,7 @@ from grader.course import exercises, settings
 from grader.course.exercises import ROOT
 from grader.course.message import UserError
 from grader.course.texts import Texts, preferred
+from grader.files import write_whole
 from grader.intake import authors, originals
 from grader.setup import release_record
 from grader.setup.release_record import RECORD, TOP, Release, digest
@@ -269,11 +270,7 @@ def _json(path: str, content: bytes) -> dict[str, Any]:
 
 
 def _write(path: Path, content: bytes) -> None:
-    part = path.with_name(f".{path.name}.part")
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        part.write_bytes(content)
-        part.replace(path)
+        write_whole(path, content)
     except OSError as error:
-        part.unlink(missing_ok=True)
         raise ReleaseError("release.cannot_write", path=path, error=error.strerror) from error

@@ -27,6 +27,7 @@ from grader.course.texts import Texts
 from grader.evaluation.pipeline import report_of, run_checks
 from grader.evaluation.records import Report
 from grader.execution.libraries import Libraries
+from grader.files import write_whole
 from grader.intake import originals
 from grader.intake.records import Submission
 from grader.report import page, results
@@ -129,7 +130,7 @@ def _bundled(task: Task, judged: Report, texts: Texts, shown: Mapping[str, bytes
         folder = Path(made)
         results.write_images(folder, judged.checks)
         results.write(folder / "results.json", content)
-        results.write_text(folder / page.NAME, page.render(content, folder))
+        write_whole(folder / page.NAME, page.render(content, folder))
         paths = sorted(path for path in folder.rglob("*") if path.is_file())
         files = {path.relative_to(folder).as_posix(): path.read_bytes() for path in paths}
     return GradedFiles(task.name, {**files, **shown}, incomplete=content["incomplete"])

@@ -9,7 +9,7 @@ name of their folder says, `Name_12345_assignsubmission_file_`.
 from __future__ import annotations
 
 import html
-import os
+import io
 import re
 import zipfile
 from collections.abc import Mapping, Sequence
@@ -22,6 +22,7 @@ from grader.batch.csv_table import Sheet
 from grader.batch.records import BatchError, Mark
 from grader.batch.roster import Enrolled
 from grader.course.message import Message
+from grader.files import write_whole
 
 _COLUMNS = {
     "id": ("identifier", "identifiant"),
@@ -201,14 +202,14 @@ def _has_grade(worksheet: Worksheet, cells: Sequence[str]) -> bool:
 
 def write_feedback(path: Path, folders: Mapping[str, Path]) -> None:
     """Write the archive of feedback files: for each name of a Moodle folder, a student's page."""
-    part = path.with_suffix(".part")
-    with zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as archive:
+    content = io.BytesIO()
+    with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, folder in sorted(folders.items()):
             # ZipInfo's own date: the bytes depend on the pages alone.
             entry = zipfile.ZipInfo(f"{name}/{_FEEDBACK}")
             entry.external_attr = 0o100644 << 16
             archive.writestr(entry, (folder / _FEEDBACK).read_bytes(), zipfile.ZIP_DEFLATED)
-    os.replace(part, path)
+    write_whole(path, content.getvalue())
 
 
 def folder_name(label: str, number: str) -> str:

@@ -17,7 +17,7 @@ from grader.course.message import Message
 from grader.course.settings import Course
 from grader.course.texts import Texts
 from grader.files import write_whole
-from grader.report.results import write, write_text
+from grader.report.results import write
 
 MOST_LINES = 30  # of one kind, in the terminal
 
@@ -78,7 +78,7 @@ def write_all(
         page = class_page.render(
             marks, graded, asked.course, asked.names, texts, results.out / STUDENTS
         )
-        write_text(results.out / class_page.NAME, page)
+        write_whole(results.out / class_page.NAME, page)
         results.forget_others(set(graded))
         write(results.out / grades_csv.MARKS, now)  # last: the next run compares with a whole one
     failed = any(each.error for each in marks)

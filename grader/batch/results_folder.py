@@ -30,6 +30,7 @@ from grader.build import toolchain
 from grader.checking import expected_data
 from grader.course import exercises as manifest
 from grader.course import settings as course
+from grader.files import content_key
 from grader.intake import originals
 from grader.report.results import Row, write
 
@@ -204,7 +205,7 @@ def parts_of(task: Task) -> dict[str, str]:
     # When files were last written changes nothing.
     around = [task.submission[key] for key in ("missing", "refused", "changed", "converted")]
     return {
-        "sources": _digest(task.label, sorted(task.files.items()), around),
+        "sources": content_key(task.label, sorted(task.files.items()), around),
         **_common(task.settings),
     }
 
@@ -219,9 +220,9 @@ def _common(settings: Settings) -> dict[str, str]:
     grading = (rules.language, rules.dialect, rules.opened, rules.count_closed)
     asked = (settings.language, settings.isolation, settings.hint, settings.gallery)
     return {
-        "grader": _digest([each.read_bytes() for each in code], toolchain.find_compiler()),
-        "expected": _digest([each.read_bytes() for each in sorted(folder.rglob("*.json"))]),
-        "settings": _digest(grading, asked),
+        "grader": content_key([each.read_bytes() for each in code], toolchain.find_compiler()),
+        "expected": content_key([each.read_bytes() for each in sorted(folder.rglob("*.json"))]),
+        "settings": content_key(grading, asked),
     }
 
 
@@ -229,7 +230,3 @@ def _is_beside(path: Path) -> bool:
     """Whether a file of the package has no part in a result, or is counted as a setting."""
     first = path.relative_to(manifest.PACKAGE).parts[0]
     return first in ("tests", "authoring", "lab", "batch") or path == course.COURSE
-
-
-def _digest(*values: object) -> str:
-    return hashlib.sha256(repr(values).encode(errors="surrogateescape")).hexdigest()[:24]

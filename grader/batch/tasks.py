@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -12,6 +11,7 @@ from grader.batch.records import Candidate, Settings, Task
 from grader.batch.results_folder import parts_of
 from grader.batch.roster import SubmittedWork, read
 from grader.course.message import Message
+from grader.files import content_key
 from grader.intake.records import Source, Submission
 from grader.intake.submission import SubmissionError, read_submission
 
@@ -41,7 +41,7 @@ def read_candidate(candidate: Candidate, settings: Settings) -> TaskReader:
         return TaskReader(
             SubmittedWork(replace(candidate, problem=problem), None, candidate.name), {}
         )
-    content = hashlib.sha256(repr(sorted(submission.files.items())).encode()).hexdigest()
+    content = content_key(sorted(submission.files.items()))
     handed = SubmittedWork(candidate, read(submission.authors), content)
     return TaskReader(handed, parts_of(_task(candidate, submission, settings)))
 

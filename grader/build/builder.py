@@ -28,10 +28,11 @@ from types import TracebackType
 from grader.build import sanitizer_guard, toolchain
 from grader.build.compiler_run import BuildError
 from grader.build.records import BuildResult, Target
-from grader.build.target import LANGUAGES, ObjectFile, Symbols, TargetBuild, key_of
+from grader.build.target import LANGUAGES, ObjectFile, Symbols, TargetBuild
 from grader.build.toolchain import Compiler
 from grader.course import exercises as manifest
 from grader.course import settings
+from grader.files import content_key
 from grader.intake import originals
 from grader.intake.records import Submission
 from grader.sandbox.budget import Budget
@@ -247,7 +248,7 @@ def _alone(job: TargetBuild, header: str) -> str:
 def _clean_folder(files: Mapping[str, bytes], in_place: bool, cache: Path) -> Path:
     """Lay the submission's files and what was handed out side by side; return the folder."""
     files = {**originals.read(in_place), **files}
-    folder = cache / "sources" / key_of(sorted(files.items()))
+    folder = cache / "sources" / content_key(sorted(files.items()))
     if not folder.is_dir():
         folder.parent.mkdir(parents=True, exist_ok=True)
         part = Path(tempfile.mkdtemp(dir=folder.parent))

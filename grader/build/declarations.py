@@ -5,7 +5,6 @@ The same headers, flags, compiler and code of ours give the same declarations.
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -15,7 +14,7 @@ from typing import Any
 from grader.build.records import Binding, Function, Parameter
 from grader.build.toolchain import Compiler
 from grader.course import exercises
-from grader.files import write_whole
+from grader.files import content_key, write_whole
 
 SOURCES = ("headers.py", "shim/watch.c")  # of what is derived, beside the headers
 
@@ -30,7 +29,7 @@ def declared(
     headers = [folder / name for name in exercises.load().given if name.endswith(".h")]
     texts = [each.read_bytes() for each in headers]
     texts += [(exercises.PACKAGE / "build" / name).read_bytes() for name in SOURCES]
-    key = hashlib.sha256(repr((texts, [*defines], compiler)).encode()).hexdigest()[:24]
+    key = content_key(texts, [*defines], compiler)
     kept = cache / "declared" / f"{key}.json"
     try:
         return _read(json.loads(kept.read_text(encoding="utf-8")))

@@ -7,7 +7,6 @@ loaded.
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterable, Mapping, MutableMapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -19,7 +18,7 @@ from grader.build.records import Binding, BuildResult, BuildStatus, Function, Ta
 from grader.build.toolchain import Compiler
 from grader.course import exercises
 from grader.course.message import UserError
-from grader.files import write_whole
+from grader.files import content_key, write_whole
 from grader.intake.submission import SHIM
 from grader.sandbox.budget import Budget
 from grader.sandbox.tools import PARTS, run_tool
@@ -71,11 +70,6 @@ def _in_order(names: Iterable[str]) -> list[str]:
     """Return the names of files, the student's own first, as the course lists them."""
     student = exercises.load().student
     return sorted(names, key=lambda name: (*[name != each for each in student], name))
-
-
-def key_of(*parts: object) -> str:
-    """Return a name that stands for the content of its arguments."""
-    return hashlib.sha256(repr(parts).encode()).hexdigest()[:24]
 
 
 @dataclass(frozen=True)
@@ -143,7 +137,7 @@ class TargetBuild:
         if not names:
             return each
         flags = [f"--weaken-symbol={name}" for name in names]
-        path = each.path.with_name(f"{key_of(each.path.name, flags)}.o")
+        path = each.path.with_name(f"{content_key(each.path.name, flags)}.o")
         if not path.exists():
             command = ["objcopy", *flags, str(each.path.resolve())]
             made = make(command, path, self.sources, [each.path], each.path.name)
@@ -177,7 +171,7 @@ class TargetBuild:
 
     def compile_text(self, name: str, text: str) -> ObjectFile:
         """Compile a file of the grader's own."""
-        source = self.cache / "shims" / key_of(text) / name
+        source = self.cache / "shims" / content_key(text) / name
         write_whole(source, text.encode())
         return self._compile(source, name)
 
@@ -239,7 +233,7 @@ class TargetBuild:
 
     def _library_name(self, objects: Sequence[ObjectFile], extra: Sequence[str] = ()) -> str:
         flags = [*toolchain.link_flags(self.compiler, self.target), *extra]
-        key = key_of([each.path.name for each in objects], flags, self.compiler)
+        key = content_key([each.path.name for each in objects], flags, self.compiler)
         return f"mrt-{key}{toolchain.library_suffix(self.compiler)}"
 
     def _compile(self, source: Path, name: str, language: str = "c") -> ObjectFile:
@@ -249,7 +243,7 @@ class TargetBuild:
         own = [] if name in given or source.parent != self.sources else self._own_headers()
         headers = [self.sources / each for each in given if each.endswith(".h")] + own
         texts = [(each.name, each.read_bytes()) for each in headers]
-        key = key_of(self.compiler, flags, name, source.read_bytes(), texts)
+        key = content_key(self.compiler, flags, name, source.read_bytes(), texts)
         object_file = self.cache / "objects" / f"{key}.o"
         kept = object_file.with_suffix(".warnings")
         if kept.exists():  # written last: the object is whole

@@ -18,6 +18,7 @@ from grader.course.texts import Texts
 from grader.evaluation.pipeline import report_of, run_checks
 from grader.evaluation.records import Report
 from grader.execution.libraries import Libraries
+from grader.files import write_whole
 from grader.report import history, junit, page, results, terminal
 from grader.sandbox.levels import Isolation
 
@@ -50,8 +51,8 @@ def _write(folder: Path, content: dict[str, Any], judged: Report) -> Path:
         history.update(folder, content)
         results.write_images(folder, judged.checks)
         results.write(path, content)
-        results.write_text(folder / "junit.xml", junit.as_xml(content))
-        results.write_text(folder / page.NAME, page.render(content, folder))
+        write_whole(folder / "junit.xml", junit.as_xml(content))
+        write_whole(folder / page.NAME, page.render(content, folder))
     except OSError as error:
         raise BuildError("machine.cannot_write", path=path, error=error.strerror) from error
     return folder / page.NAME

@@ -8,7 +8,6 @@ submission. Its library is kept; what a compiler can see is tried each time.
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import os
 import shutil
 import socket
@@ -23,6 +22,7 @@ from grader.build import toolchain
 from grader.course.exercises import ROOT
 from grader.course.texts import Texts, preferred
 from grader.execution.worker_process import Died, Limits, SessionSocket, start_worker
+from grader.files import content_key
 from grader.sandbox.levels import Isolation, IsolationError, Level, current, using
 from grader.sandbox.tools import give_away, run_tool, take_back
 
@@ -123,7 +123,7 @@ def _library(folder: Path, cache: Path) -> Path:
     """Return the compiled canary: the one of the cache, or else a new one, made in `folder`."""
     compiler = toolchain.find_compiler()
     made_of = [*compiler.command, compiler.version, SOURCE.read_text(encoding="utf-8")]
-    key = hashlib.sha256("\0".join(made_of).encode()).hexdigest()[:24]
+    key = content_key(made_of)
     kept = cache / f"{key}.so"
     if kept.is_file():
         return kept

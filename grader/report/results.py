@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 import re
-import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from datetime import datetime, timezone
@@ -20,6 +18,7 @@ from grader.build.records import BuildResult, BuildStatus
 from grader.course import exercises as manifest
 from grader.course.texts import Texts
 from grader.evaluation.records import CheckResult, ExerciseResult, Outcome, Report
+from grader.files import write_whole
 from grader.intake import originals
 from grader.intake.records import Source, Submission
 
@@ -139,7 +138,7 @@ def _error(error: Diagnostic, texts: Texts) -> dict[str, Any]:
 
 def write(path: Path, content: dict[str, Any]) -> None:
     """Write results.json whole. Raises OSError."""
-    write_text(path, _laid_out(content))
+    write_whole(path, _laid_out(content))
 
 
 def _laid_out(content: Row) -> str:
@@ -156,21 +155,6 @@ def _lines(value: Any) -> str:
         return json.dumps(value, ensure_ascii=False)
     items = (f"  {json.dumps(each, ensure_ascii=False)}" for each in value)
     return "[\n" + ",\n".join(items) + "\n ]"
-
-
-def write_text(path: Path, text: str) -> None:
-    """Write a text whole, in UTF-8. Raises OSError."""
-    write_bytes(path, text.encode("utf-8", errors="replace"))
-
-
-def write_bytes(path: Path, content: bytes) -> None:
-    """Write a file whole: a reader finds the old one or the new one. Raises OSError."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, part = tempfile.mkstemp(dir=path.parent, suffix=".part")
-    with os.fdopen(handle, "wb") as out:
-        out.write(content)
-    Path(part).chmod(0o644)
-    Path(part).replace(path)
 
 
 def _excerpt(location: str, files: Mapping[str, bytes]) -> dict[str, Any]:
@@ -231,7 +215,7 @@ def write_images(folder: Path, checks: Sequence[CheckResult]) -> None:
     written = set()
     for result in checks:
         for role, content in result.images.items():
-            write_bytes(folder / image_name(result, role), content)
+            write_whole(folder / image_name(result, role), content)
             written.add(folder / image_name(result, role))
     for path in (folder / IMAGES).glob("*.png"):
         if _IMAGE.fullmatch(path.name) and path not in written:

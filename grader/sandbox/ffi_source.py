@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import hashlib
-import os
+import contextlib
 import tempfile
 from functools import cache
 from pathlib import Path
@@ -11,6 +10,7 @@ from pathlib import Path
 import _cffi_backend
 
 from grader.course import exercises
+from grader.files import content_key, write_whole
 from grader.worker import lockdown
 from grader.worker.session import LIBC
 
@@ -37,20 +37,14 @@ def abi_source(cdef: str, folder: Path | None = None) -> bytes:
     """
     if folder is None:
         return _generate(cdef)
-    key = hashlib.sha256((_cffi_backend.__version__ + cdef).encode()).hexdigest()[:24]
+    key = content_key(_cffi_backend.__version__, cdef)
     kept = folder / f"{key}.py"
     try:
         return kept.read_bytes()
     except OSError:
         source = _generate(cdef)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        handle, part = tempfile.mkstemp(dir=folder)
-        with os.fdopen(handle, "wb") as out:
-            out.write(source)
-        os.replace(part, kept)
-    except OSError:
-        pass  # a cache that cannot be written costs time, nothing else
+    with contextlib.suppress(OSError):  # a cache that cannot be written costs time, nothing else
+        write_whole(kept, source)
     return source
 
 

@@ -29,6 +29,7 @@ from grader.authoring.bench.report import Goal, goal_row, table
 from grader.batch import command as command_line
 from grader.batch import csv_table
 from grader.course.exercises import ROOT
+from grader.files import write_whole
 from grader.tests.batch import classroom
 from grader.tests.batch.classroom import Pupil
 
@@ -124,9 +125,7 @@ class _Kept:
         self._write()
 
     def _write(self) -> None:
-        part = self._path.with_suffix(".part")
-        part.write_text(json.dumps(self.content, indent=1), encoding="utf-8")
-        part.replace(self._path)
+        write_whole(self._path, json.dumps(self.content, indent=1))
 
 
 def _run(place: Path, jobs: int, kept: _Kept) -> None:

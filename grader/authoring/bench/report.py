@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from grader.authoring.bench.grading import Grading
 from grader.authoring.bench.measure import Measured
+from grader.files import write_whole
 
 # Render seconds of an earlier run of the same workload on one machine. c-ray-fast 2.0 is in no
 # distribution: its figures are brought to this machine by the ratio of POV-Ray's.
@@ -163,6 +163,4 @@ def write_json(
             {**asdict(goal), "met": goal.met} for goal in goals(measured, octree_ratios, grading)
         ],
     }
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
-    part.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
-    part.replace(path)
+    write_whole(path, json.dumps(content, indent=2) + "\n")

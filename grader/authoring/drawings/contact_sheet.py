@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import os
+import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +12,8 @@ import matplotlib
 import numpy as np
 import numpy.typing as npt
 from PIL import Image, ImageDraw, ImageFont
+
+from grader.files import write_whole
 
 Bytes = npt.NDArray[np.uint8]
 
@@ -46,12 +48,9 @@ def to_pixels(image: npt.NDArray[Any], width: int, height: int) -> Bytes:
 
 def save(picture: Image.Image, path: Path) -> None:
     """Write a PNG file whole or not at all."""
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.new")
-    try:
-        picture.save(temporary, format="png")
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
+    out = io.BytesIO()
+    picture.save(out, format="png")
+    write_whole(path, out.getvalue())
 
 
 def contact_sheet(drawn: Sequence[SheetPicture]) -> Image.Image:

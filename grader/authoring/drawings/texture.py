@@ -10,7 +10,6 @@ Run it as ``python -m grader.authoring.drawings.texture [--check]``.
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -19,6 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from grader.course.exercises import CORE
+from grader.files import write_whole
 
 WIDTH, HEIGHT = 512, 256
 TEXTURE = CORE / "texture.ppm"
@@ -151,16 +151,6 @@ def differs(path: Path, picture: Bytes) -> str:
     return f"differs by up to {gap} levels" if gap > TOLERANCE else ""
 
 
-def write(path: Path, content: bytes) -> None:
-    """Write a file whole or not at all."""
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.new")
-    try:
-        temporary.write_bytes(content)
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
-
-
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line; return 0, or 1 after one line on stderr."""
     parser = argparse.ArgumentParser(
@@ -175,7 +165,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         problem = differs(arguments.out, planet())
     else:
         try:
-            write(arguments.out, ppm(planet()))
+            write_whole(arguments.out, ppm(planet()))
             return 0
         except OSError as error:
             problem, cure = f"cannot be written ({error.strerror})", "give a writable --out file"

@@ -23,6 +23,7 @@ from grader.course import exercises
 from grader.course.exercises import ROOT
 from grader.evaluation import recognition
 from grader.evaluation.recognition import BANK, KnownMistake
+from grader.files import write_whole
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -53,20 +54,15 @@ def store(folder: Path, cache: Path = ROOT / "build" / "cache", only: str = "") 
         for each in mistakes.load()
     }
     content = recognition.encode(known)
-    (folder / BANK).write_bytes(content)
+    write_whole(folder / BANK, content)
     stored = read_manifest(folder)
     stored["bank"] = {
-        "sha256": digest(folder / BANK),
+        "sha256": hashlib.sha256(content).hexdigest(),
         "mistakes": len(known),
         "made_of": fingerprint(folder),
     }
     text = json.dumps(stored, indent=1, ensure_ascii=False) + "\n"
-    (folder / "manifest.json").write_text(text, encoding="utf-8")
-
-
-def digest(path: Path) -> str:
-    """Return the sha256 of a file."""
-    return hashlib.sha256(path.read_bytes()).hexdigest()
+    write_whole(folder / "manifest.json", text)
 
 
 def check(folder: Path) -> int:

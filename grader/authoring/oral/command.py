@@ -27,8 +27,8 @@ from grader.course.message import UserError
 from grader.course.texts import LANGUAGES, Texts
 from grader.evaluation.records import PytestError
 from grader.execution.worker_process import MachineError
+from grader.files import write_whole
 from grader.intake.submission import SubmissionError, read_submission
-from grader.report.results import write_text
 from grader.sandbox.levels import current
 
 DONE, WRONG_USE, FAILED, INTERRUPTED = 0, 2, 3, 130
@@ -71,7 +71,7 @@ def _write(options: argparse.Namespace, texts: Texts) -> str:
         raise OralError("oral.nothing", name=submission.name)
     path = options.build / "oral" / f"{_file_name(submission.name)}.html"
     try:
-        write_text(path, page.render(submission, questions, current().level.value, texts))
+        write_whole(path, page.render(submission, questions, current().level.value, texts))
     except OSError as error:
         raise OralError("oral.cannot_write", path=path, error=error.strerror) from error
     lines = sum(isinstance(each, Swapped) for each in questions)

@@ -23,7 +23,8 @@ from grader.authoring.proof.figures import FiguresError
 from grader.authoring.proof.grades import GradeCache, ProofError
 from grader.authoring.proof.parts import Part
 from grader.authoring.specimens.patches import PatchError
-from grader.report.results import write, write_text
+from grader.files import write_whole
+from grader.report.results import write
 
 # The modules of the parts, each with run(shop, sample) -> Part; the quickest first.
 PARTS = {
@@ -92,7 +93,7 @@ def publish(parts: Sequence[Part], folder: Path) -> None:
     """Write results.json and the page of the parts. Raises OSError."""
     measured = {key: value for each in parts for key, value in each.figures.items()}
     write(folder / "results.json", figures.results(measured))
-    write_text(folder / "index.html", page.render(parts))
+    write_whole(folder / "index.html", page.render(parts))
 
 
 def _tell(part: Part, seconds: float) -> None:

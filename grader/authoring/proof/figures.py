@@ -13,7 +13,8 @@ from string import Formatter
 
 from grader.authoring.specimens.mistakes import FOLDER
 from grader.course.exercises import ROOT
-from grader.report.results import write, write_text
+from grader.files import write_whole
+from grader.report.results import write
 
 KEYS = (
     *("known_mistakes", "caught", "named_right", "named_wrong", "named_none"),
@@ -99,4 +100,4 @@ def in_readme(text: str, figures: Figures) -> str:
 def write_readme(path: Path = README, proof: Path = PROOF) -> None:
     """Put the table of the last whole runs into the README. Raises FiguresError, OSError."""
     text = in_readme(path.read_text(encoding="utf-8"), kept(proof))
-    write_text(path, text)
+    write_whole(path, text)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import json
 import tempfile
 from collections.abc import Iterator, Sequence
@@ -16,6 +15,7 @@ from grader.authoring.proof import known, load, nothing, solver
 from grader.authoring.proof.grades import GradeCache, Program
 from grader.authoring.proof.parts import Part
 from grader.authoring.specimens import mistakes, patches
+from grader.files import content_key
 from grader.report.results import write
 
 RUNS = 200  # of the reference
@@ -116,7 +116,7 @@ def repeated(grade_cache: GradeCache, series: Series, count: int) -> RepeatedRun
     seen: dict[str, int] = json.loads(log.read_text(encoding="utf-8")) if log.is_file() else {}
     for content in _runs(grade_cache, series, count - sum(seen.values())):
         text = json.dumps(content, sort_keys=True)
-        digest = hashlib.sha256(text.encode()).hexdigest()[:16]
+        digest = content_key(text)
         if digest not in seen:
             write(folder / f"{digest}.json", content)
         seen[digest] = seen.get(digest, 0) + 1

@@ -23,6 +23,7 @@ from grader.authoring.specimens.grading import results
 from grader.checking.expected_data import FOLDER
 from grader.course.exercises import CORE, MANIFEST, PACKAGE
 from grader.course.settings import COURSE
+from grader.files import content_key
 from grader.report.results import write
 
 # What decides on a mark, beside the data and the course's own C.
@@ -46,7 +47,7 @@ class Program:
     def key(self) -> str:
         """What stands for its content, and for what judges it."""
         parts = (sorted(self.files.items()), self.flags, self.compiler, judged_by())
-        return hashlib.sha256(repr(parts).encode()).hexdigest()[:24]
+        return content_key(*parts)
 
     def results(self, cache: Path) -> dict[str, Any]:
         """Grade it; return the content of results.json. Raises ProofError."""

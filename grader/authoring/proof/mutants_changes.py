@@ -6,7 +6,6 @@ is left as it is.
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -15,6 +14,7 @@ from pycparser import c_ast, c_generator  # type: ignore[import-untyped]
 
 from grader.authoring.proof.mutants_source import MutatedSource, extent, left_out, parsed, walk
 from grader.authoring.specimens import patches
+from grader.files import content_key
 
 # What an operator may be mistaken for: its edge, or its opposite.
 _OPERATORS: Mapping[str, tuple[tuple[str, str], ...]] = {
@@ -81,7 +81,7 @@ class Mutant:
     def id(self) -> str:
         """What it is known by, as long as the function is the same."""
         parts = (self.file, self.function, self.written)
-        return hashlib.sha256(repr(parts).encode()).hexdigest()[:20]
+        return content_key(*parts)
 
     def files(self) -> dict[str, str]:
         """Return the reference's files with the change in them."""

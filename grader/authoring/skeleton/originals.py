@@ -10,6 +10,7 @@ import sys
 from collections.abc import Sequence
 
 from grader.course.message import UserError
+from grader.files import write_whole
 from grader.intake import originals
 
 
@@ -21,7 +22,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         content = originals.packed(originals.from_core())
         if not options.check:
-            originals.PACK.write_bytes(content)
+            write_whole(originals.PACK, content)
         elif not originals.PACK.exists() or originals.PACK.read_bytes() != content:
             print(f"{originals.PACK.name}: not core_c/; run make skeleton")
             return 1

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 import re
 import sys
 from collections.abc import Sequence
@@ -33,6 +32,7 @@ from grader.course.exercises import ROOT
 from grader.course.message import UserError
 from grader.execution.session import open_core
 from grader.execution.worker_process import Died, MachineError
+from grader.files import write_whole
 
 NOTEBOOKS = ROOT / "notebooks"
 LANGUAGES = ("fr", "en")
@@ -135,16 +135,6 @@ def make_all(folder: Path) -> dict[Path, str]:
     return made
 
 
-def write(path: Path, text: str) -> None:
-    """Write a file whole or not at all."""
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.new")
-    try:
-        temporary.write_text(text, encoding="utf-8", newline="\n")
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
-
-
 def check(folder: Path, made: dict[Path, str]) -> None:
     """Raise NotebookError when the folder's notebooks are not those that would be written."""
     for path, text in made.items():
@@ -185,7 +175,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             check(arguments.folder, made)
             return 0
         for path, text in made.items():
-            write(path, text)
+            write_whole(path, text)
         if arguments.pictures:
             draw_pictures(arguments.folder / "images")
     except OSError as error:

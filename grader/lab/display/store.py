@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import json
-import os
-import tempfile
 from pathlib import Path
 from typing import Any
 
+from grader.files import write_whole
 from grader.lab.display.links import outputs
 
 
@@ -33,11 +32,7 @@ def write(name: str, content: dict[str, Any]) -> None:
 
 def write_json(path: Path, content: dict[str, Any]) -> None:
     """Write a file whole: others find the old one or the new one. Raises OSError."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, part = tempfile.mkstemp(dir=path.parent, suffix=".part")
-    with os.fdopen(handle, "w", encoding="utf-8") as out:
-        json.dump(content, out, ensure_ascii=False, indent=1)
-    os.replace(part, path)
+    write_whole(path, json.dumps(content, ensure_ascii=False, indent=1))
 
 
 def _path(name: str) -> Path:

@@ -20,6 +20,7 @@ from markupsafe import Markup
 
 from grader.course import exercises
 from grader.course.texts import Texts
+from grader.files import content_key
 from grader.report.page import markup
 from grader.report.results import Row
 from grader.report.summary import Summary
@@ -87,7 +88,7 @@ def _compiled(language: str) -> FileSystemBytecodeCache | None:
     What is constant in them is typeset when they are compiled, in a language.
     """
     made_by = [jinja2.__version__, language, Path(markup.__file__).read_text(encoding="utf-8")]
-    key = hashlib.sha256("\0".join(made_by).encode()).hexdigest()[:24]
+    key = content_key(made_by)
     folder = exercises.ROOT / "build" / "cache" / "templates" / key
     with contextlib.suppress(OSError):
         folder.mkdir(parents=True, exist_ok=True)

@@ -6,8 +6,8 @@ import json
 import sys
 from pathlib import Path
 
+from grader.files import write_whole
 from grader.report import page
-from grader.report.results import write_text
 
 
 def main() -> int:
@@ -18,7 +18,7 @@ def main() -> int:
     folder = Path(sys.argv[1])
     try:
         content = json.loads((folder / "results.json").read_text(encoding="utf-8"))
-        write_text(folder / page.NAME, page.render(content, folder))
+        write_whole(folder / page.NAME, page.render(content, folder))
     except (OSError, ValueError) as error:
         sys.stderr.write(f"{folder / 'results.json'}: {error}; make it again: make grade\n")
         return 2

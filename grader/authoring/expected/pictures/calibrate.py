@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 from grader.authoring.expected.pictures import calibration
@@ -26,12 +25,13 @@ from grader.authoring.specimens import mistakes
 from grader.checking.expected_data import FOLDER
 from grader.checking.pictures import expected_files
 from grader.checking.pictures.plan import JUDGED
+from grader.files import write_whole
 
 
 def set_limits() -> int:
     """Set the limits, and write them beside the pictures; return the exit code."""
     table = worst(measured(right_programs(), JUDGED))
-    Path(calibration.TABLE).write_text(json.dumps(table, indent=1) + "\n", encoding="utf-8")
+    write_whole(calibration.TABLE, json.dumps(table, indent=1) + "\n")
     calibration.forget()
     write_limits(FOLDER / expected_files.FOLDER)
     too_near = []

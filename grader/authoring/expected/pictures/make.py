@@ -88,7 +88,7 @@ def write_limits(folder: Path) -> None:
     for picture in everything():
         content["files"][f"{picture.name}.npz"]["limits"] = limits(picture)
     text = json.dumps(content, indent=1, ensure_ascii=False) + "\n"
-    write_whole(folder / "manifest.json", text.encode())
+    write_whole(folder / "manifest.json", text)
 
 
 @cache

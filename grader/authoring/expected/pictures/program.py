@@ -5,7 +5,6 @@ These sources are our own, so they run without a sandbox, and as fast as the mac
 
 from __future__ import annotations
 
-import hashlib
 import re
 import subprocess
 import tempfile
@@ -21,6 +20,7 @@ from grader.checking.expected_data import Array
 from grader.checking.shapes import Image
 from grader.checking.student import PICTURE_SIZE
 from grader.course import exercises
+from grader.files import content_key
 
 CACHE = exercises.ROOT / "build" / "cache" / "render"
 RENDERER = Path(__file__).with_name("render.c")
@@ -157,8 +157,7 @@ class RenderProgram:
         return str(path)
 
     def _digest(self, *parts: object) -> str:
-        content = repr((parts, self._command, self._compiler))
-        return hashlib.sha256(content.encode()).hexdigest()[:24]
+        return content_key(parts, self._command, self._compiler)
 
 
 def as_double(text: str) -> str:
