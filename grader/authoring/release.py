@@ -14,7 +14,6 @@ import json
 import os
 import re
 import subprocess
-import sys
 import tempfile
 import time
 import zipfile
@@ -25,9 +24,10 @@ from typing import Any
 import grader
 from grader.authoring.expected.command import SEED
 from grader.authoring.skeleton import leaks, skeleton
+from grader.console.run import complain
 from grader.course import exercises, settings
 from grader.course.exercises import ROOT
-from grader.course.message import UserError
+from grader.course.message import GraderError, UserError
 from grader.course.texts import Texts, preferred
 from grader.files import write_whole
 from grader.intake import authors, originals
@@ -73,12 +73,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         verify_history(files, ROOT)
         content = packed(files)
         _write(options.out, content)
-    except UserError as error:
-        print(texts.say(error.key, **error.values), file=sys.stderr)
-        return 1
-    except (skeleton.SkeletonError, exercises.ManifestError) as error:
-        print(error, file=sys.stderr)
-        return 1
+    except GraderError as error:
+        return complain(error.sentence(texts), 1)
     size = texts.number(round(len(content) / 1e6, 1))
     print(texts.say("release.done", path=options.out, count=len(files), mb=size))
     return 0

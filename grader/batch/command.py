@@ -21,37 +21,31 @@ from grader.batch.results_folder import ResultsFolder, StoredResult
 from grader.batch.tasks import TaskReader, read_candidate, task_of
 from grader.console import parser as usage
 from grader.console.parser import Parser
+from grader.console.run import ExitCode, complain, run
 from grader.course import settings as course
-from grader.course.exercises import ManifestError
-from grader.course.message import UserError
 from grader.course.settings import Course
 from grader.course.texts import LANGUAGES, Texts
-from grader.execution.canary import CanaryError, prove
+from grader.execution.canary import prove
 from grader.sandbox import bubblewrap
 from grader.sandbox.levels import IsolationError, Level, using
-
-DONE, WRONG_USE, FAILED, INTERRUPTED = 0, 2, 3, 130
-_WRONG_USE = {f"batch.{key}" for key in ("no_submissions", "not_moodle", "not_ours", "seen")}
 
 
 def main(arguments: Sequence[str]) -> int:
     """Run the command; return 0, 2 for a wrong use, 3 when a submission could not be graded."""
     texts = Texts(usage.language(arguments))
     options = _parser(texts).parse_args(arguments)
-    try:
-        return _batch(options, texts)
-    except BatchError as error:
-        wrong_use = error.key in _WRONG_USE
-        return _complain(texts.say(error.key, **error.values), WRONG_USE if wrong_use else FAILED)
-    except IsolationError as error:
-        sentence = f"{error.sentence(texts)} {texts.say('batch.need_strong')}"
-        return _complain(sentence, FAILED)
-    except UserError as error:
-        return _complain(texts.say(error.key, **error.values), FAILED)
-    except (ManifestError, CanaryError) as error:
-        return _complain(str(error), FAILED)
-    except KeyboardInterrupt:
-        return _complain(texts.say("batch.interrupted", out=options.out), INTERRUPTED)
+
+    def act() -> int:
+        try:
+            return _batch(options, texts)
+        except IsolationError as error:
+            need = texts.say("batch.need_strong")
+            return complain(f"{error.sentence(texts)} {need}", error.code)
+
+    code = run(act, texts)
+    if code == ExitCode.INTERRUPTED:
+        complain(texts.say("batch.interrupted", out=options.out), code)
+    return code
 
 
 def _batch(options: argparse.Namespace, texts: Texts) -> int:
@@ -78,7 +72,7 @@ def _batch(options: argparse.Namespace, texts: Texts) -> int:
         asked = outputs.Asked(options.path, rules, options.worksheet, options.names)
         told = outputs.write_all(results, readings, graded, asked, texts)
     sys.stdout.write("".join(f"{line}\n" for line in told.lines))
-    return FAILED if told.failed else DONE
+    return ExitCode.FAILED if told.failed else ExitCode.DONE
 
 
 def _course(path: Path) -> Course:
@@ -172,8 +166,3 @@ def _jobs(text: str) -> int:
     if not 0 < number <= 256:
         raise ValueError(text)
     return number
-
-
-def _complain(sentence: str, code: int) -> int:
-    sys.stderr.write(f"{sentence}\n")
-    return code

@@ -31,7 +31,7 @@ from grader.files import write_whole
 from grader.intake import originals
 from grader.intake.records import Submission
 from grader.report import page, results
-from grader.sandbox.levels import IsolationError, Level, using
+from grader.sandbox.levels import Level, using
 
 LEAST_BYTES = 50_000_000  # free on the disk, before and after a submission
 _ONE = threading.Lock()  # pytest and the level of isolation are the process's
@@ -78,12 +78,9 @@ def grade(task: Task, place: BuildFolder | None = None) -> GradedFiles:
             _verify_room(where)
             bundle = _graded(task, where)
             _verify_room(where)
-        except IsolationError as error:
-            texts = Texts(task.settings.language)
-            bundle = GradedFiles(task.name, failure=error.sentence(texts))
         except UserError as error:
-            texts = Texts(task.settings.language)
-            bundle = GradedFiles(task.name, failure=texts.say(error.key, **error.values))
+            sentence = error.sentence(Texts(task.settings.language))
+            bundle = GradedFiles(task.name, failure=sentence)
         except Exception as error:  # whatever it is, it is the grader's fault, and never a mark
             bundle = GradedFiles(task.name, failure=f"{type(error).__name__}: {error}"[:500])
         finally:

@@ -9,9 +9,8 @@ from pathlib import Path
 
 from grader.batch.results_folder import NAME, OWN_FILES, OWN_FOLDERS, is_batch
 from grader.console.parser import Parser
+from grader.console.run import ExitCode, complain
 from grader.course.texts import Texts, preferred
-
-DONE, WRONG_USE, FAILED = 0, 2, 3
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -21,8 +20,7 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("out", type=Path, metavar="DIR", help=texts.say("purge.out"))
     out = parser.parse_args(arguments).out
     if not is_batch(out):
-        sys.stderr.write(texts.say("purge.not_ours", path=out) + "\n")
-        return WRONG_USE
+        return complain(texts.say("purge.not_ours", path=out), ExitCode.WRONG_USE)
     try:
         for name in OWN_FOLDERS:
             if (out / name).is_dir():
@@ -34,7 +32,6 @@ def main(arguments: Sequence[str]) -> int:
             out.rmdir()
     except OSError as error:
         sentence = texts.say("purge.cannot", path=error.filename or out, error=error.strerror)
-        sys.stderr.write(sentence + "\n")
-        return FAILED
+        return complain(sentence, ExitCode.FAILED)
     sys.stdout.write(texts.say("purge.left" if left else "purge.done", path=out, count=left) + "\n")
-    return DONE
+    return ExitCode.DONE

@@ -9,9 +9,15 @@ from typing import Any
 
 from grader.course.message import Message, UserError
 
+_WRONG_USE = {f"batch.{key}" for key in ("no_submissions", "not_moodle", "not_ours", "seen")}
+
 
 class BatchError(UserError):
     """The batch cannot begin, or go on: a sentence of [batch] in messages/."""
+
+    def __init__(self, key: str, **values: object) -> None:
+        super().__init__(key, **values)
+        self.code = 2 if key in _WRONG_USE else 3
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 
+from grader.course.message import FaultError
 
-class BindError(Exception):
+
+class BindError(FaultError):
     """The given headers cannot be preprocessed or read: not the submission's fault."""
 
 

@@ -27,6 +27,7 @@ import numpy as np
 from grader.checking import npz
 from grader.checking.npz import Arrays, archived
 from grader.course import exercises, sizes
+from grader.course.message import FaultError
 from grader.execution.session import Address, Library, Session
 
 Array = npz.Array
@@ -44,7 +45,7 @@ GLOBALS = {
 COUNTS = {"scene": "object_count", "lights": "num_lights"}
 
 
-class ExpectedError(Exception):
+class ExpectedError(FaultError):
     """A file of the expected data cannot be read: the grader's fault, not the submission's.
 
     As a string it tells the file, what is wrong with it, and the cure.

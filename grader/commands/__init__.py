@@ -11,22 +11,18 @@ from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import Any
 
-from grader.build.records import BindError
 from grader.console import parser as usage
 from grader.console.parser import Parser, UsageError
+from grader.console.run import ExitCode, complain, run
 from grader.course import exercises
 from grader.course.exercises import ManifestError
-from grader.course.message import UserError
 from grader.course.sizes import sizes_for
 from grader.course.texts import LANGUAGES, Texts
 from grader.evaluation import selection
-from grader.evaluation.records import PytestError
 from grader.execution.libraries import Libraries
-from grader.execution.worker_process import MachineError
-from grader.intake.submission import SubmissionError, read_submission
-from grader.sandbox.levels import Isolation, IsolationError, Level, current, using
+from grader.intake.submission import read_submission
+from grader.sandbox.levels import Isolation, Level, current, using
 
-GRADED, BELOW, WRONG_USE, FAILED, INTERRUPTED = 0, 1, 2, 3, 130
 HINT_LEVELS = (1, 2, 3)
 # Commands with a module of their own, loaded when asked for; some are not in a student's copy.
 OTHERS = {
@@ -50,37 +46,23 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if words and words[0] in OTHERS:
             return _other(words, texts)
         options = _parser(texts).parse_args(words)
-        return _told(options, texts)
+        return run(lambda: _grade(options, texts), texts)
     except ManifestError as error:
-        return _complain(str(error), FAILED)
+        return complain(str(error), error.code)
     except KeyboardInterrupt:
-        return INTERRUPTED
+        return ExitCode.INTERRUPTED
     except Exception:  # a fault of the grader is never a verdict on the submission
         traceback.print_exc()
-        return FAILED
+        return ExitCode.FAILED
 
 
 def _other(words: Sequence[str], texts: Texts) -> int:
     """Run a command that has a module of its own; return its exit code."""
     name, _ = OTHERS[words[0]]
     if importlib.util.find_spec(name.rpartition(".")[0]) is None:
-        return _complain(texts.say("usage.not_here", command=words[0]), WRONG_USE)
+        return complain(texts.say("usage.not_here", command=words[0]), ExitCode.WRONG_USE)
     code: int = importlib.import_module(name).main(words[1:])
     return code
-
-
-def _told(options: argparse.Namespace, texts: Texts) -> int:
-    """Grade; turn what can go wrong into a sentence and an exit code."""
-    try:
-        return _grade(options, texts)
-    except (SubmissionError, UsageError) as error:
-        return _complain(texts.say(error.key, **error.values), WRONG_USE)
-    except IsolationError as error:
-        return _complain(error.sentence(texts), FAILED)
-    except UserError as error:
-        return _complain(texts.say(error.key, **error.values), FAILED)
-    except (BindError, MachineError, PytestError) as error:
-        return _complain(texts.say("machine.failed", detail=error), FAILED)
 
 
 def _grade(options: argparse.Namespace, texts: Texts) -> int:
@@ -100,8 +82,8 @@ def _grade(options: argparse.Namespace, texts: Texts) -> int:
 
         content = grade(libraries, rules, chosen, options, isolation, texts)
     if content["incomplete"]:
-        return FAILED
-    return BELOW if content["score"] < options.fail_under else GRADED
+        return ExitCode.FAILED
+    return ExitCode.BELOW if content["score"] < options.fail_under else ExitCode.DONE
 
 
 def _isolation(asked: str | None) -> AbstractContextManager[Isolation]:
@@ -143,8 +125,3 @@ def _parser(texts: Texts) -> Parser:
     add("--expected", key="usage.expected", type=Path, default=exercises.EXPECTED, metavar="DIR")
     add("--build", key="usage.build", type=Path, default=exercises.ROOT / "build", metavar="DIR")
     return parser
-
-
-def _complain(sentence: str, code: int) -> int:
-    print(sentence, file=sys.stderr)
-    return code

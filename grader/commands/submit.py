@@ -11,7 +11,6 @@ from __future__ import annotations
 import argparse
 import io
 import json
-import sys
 import time
 import zipfile
 from collections.abc import Iterator, Mapping, Sequence
@@ -21,23 +20,24 @@ from pathlib import Path
 
 from grader.build import diagnostics
 from grader.build.builder import build
-from grader.build.records import BindError, BuildResult, BuildStatus, Target
+from grader.build.records import BuildResult, BuildStatus, Target
+from grader.console.run import ExitCode, run
 from grader.course import exercises
 from grader.course.message import UserError
 from grader.course.texts import Texts, preferred
 from grader.evaluation import remarks
-from grader.execution.worker_process import MachineError
 from grader.intake import archives, authors
 from grader.intake.authors import Authors
 from grader.intake.records import Submission
-from grader.intake.submission import SubmissionError, read_submission
+from grader.intake.submission import read_submission
 
-DONE, WRONG_USE, FAILED, INTERRUPTED = 0, 2, 3, 130
 TARGET = Target(320, 180)
 
 
 class HandinError(UserError):
     """Nothing was written: a sentence of [submit] in messages/."""
+
+    code = 2
 
 
 @dataclass(frozen=True)
@@ -54,22 +54,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; return 0, 2 for wrong use, 3 when the machine is at fault."""
     texts = Texts(preferred())
     options = _parser(texts).parse_args(arguments)
-    try:
+
+    def act() -> int:
         parcel = read(options.source)
         for line in submit(parcel, options.out, options.build, texts, force=options.force):
             print(line)
-    except (SubmissionError, HandinError) as error:
-        print(texts.say(error.key, **error.values), file=sys.stderr)
-        return WRONG_USE
-    except UserError as error:  # what was handed out cannot be read
-        print(texts.say(error.key, **error.values), file=sys.stderr)
-        return FAILED
-    except (BindError, MachineError, exercises.ManifestError) as error:
-        print(texts.say("machine.failed", detail=error), file=sys.stderr)
-        return FAILED
-    except KeyboardInterrupt:
-        return INTERRUPTED
-    return DONE
+        return ExitCode.DONE
+
+    return run(act, texts)
 
 
 def read(source: Path) -> Parcel:
@@ -187,7 +179,7 @@ def _compiles(submission: Submission, folder: Path, texts: Texts) -> Iterator[st
     try:
         (result,) = build(submission, [TARGET], folder / "cache")
     except UserError as error:  # no compiler here, no room for its files
-        yield texts.say(error.key, **error.values)
+        yield error.sentence(texts)
         return
     yield from remarks.notes(submission, [result], True, texts)
     if result.status is BuildStatus.BUILT and not (result.rejected or result.linker):

@@ -32,6 +32,8 @@ _SETTINGS = {
 class UsageError(UserError):
     """The command line asks for something that is not there."""
 
+    code = 2
+
 
 class Parser(argparse.ArgumentParser):
     """A parser whose help and complaints are in the language of its texts."""

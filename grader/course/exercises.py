@@ -15,6 +15,8 @@ else:
     # Absent, and not needed, from Python 3.11 on.
     import tomli as tomllib  # type: ignore[import-not-found, unused-ignore]
 
+from grader.course.message import GraderError
+
 PACKAGE = Path(__file__).resolve().parent.parent
 ROOT = PACKAGE.parent
 CORE = ROOT / "core_c"
@@ -22,7 +24,7 @@ MANIFEST = PACKAGE / "course" / "exercises.toml"
 EXPECTED = ROOT / "reference" / "expected"  # the course's own expected data
 
 
-class ManifestError(Exception):
+class ManifestError(GraderError):
     """A file of the grader cannot be read, or contradicts itself: not the student's fault."""
 
 

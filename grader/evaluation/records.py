@@ -9,11 +9,11 @@ from typing import Any
 
 from grader.build.records import BuildResult
 from grader.checking.records import Evidence
-from grader.course.message import Message
+from grader.course.message import FaultError, Message
 from grader.intake.records import Submission
 
 
-class PytestError(Exception):
+class PytestError(FaultError):
     """pytest itself failed: the grader's fault."""
 
 

@@ -20,6 +20,7 @@ from pathlib import Path
 
 from grader.build import toolchain
 from grader.course.exercises import ROOT
+from grader.course.message import GraderError
 from grader.course.texts import Texts, preferred
 from grader.execution.worker_process import Died, Limits, SessionSocket, start_worker
 from grader.files import content_key
@@ -42,7 +43,7 @@ COMPILE_SECONDS = 20
 _SECRET = "a secret of the grader"
 
 
-class CanaryError(Exception):
+class CanaryError(GraderError):
     """The canary itself could not be built or run: nothing is proved."""
 
 

@@ -17,6 +17,7 @@ from collections.abc import Callable, Container, Sequence
 from dataclasses import dataclass, replace
 from typing import IO, Any
 
+from grader.course.message import FaultError
 from grader.execution.crash_location import CrashLocation, fault, from_page, from_report
 from grader.execution.records import Cause, Death
 from grader.worker import frames
@@ -49,7 +50,7 @@ _REPORT = re.compile(
 )
 
 
-class MachineError(Exception):
+class MachineError(FaultError):
     """The worker failed without running the submission: the grader's or the machine's fault."""
 
 

@@ -60,6 +60,8 @@ _Read = Callable[[], Content]
 class SubmissionError(UserError):
     """The path is not a submission: wrong use."""
 
+    code = 2
+
 
 @dataclass(frozen=True)
 class Entry:

@@ -26,8 +26,8 @@ from typing import Any
 from grader.authoring.bench import grading, snapshot
 from grader.authoring.bench.programs import BenchError
 from grader.authoring.bench.report import Goal, goal_row, table
-from grader.batch import command as command_line
 from grader.batch import csv_table
+from grader.console.run import ExitCode
 from grader.course.exercises import ROOT
 from grader.files import write_whole
 from grader.tests.batch import classroom
@@ -141,7 +141,7 @@ def _run(place: Path, jobs: int, kept: _Kept) -> None:
             if time.monotonic() - start > SECONDS:
                 process.kill()
             time.sleep(POLL_SECONDS)
-    if process.returncode not in (command_line.DONE, command_line.FAILED):  # marks tell the second
+    if process.returncode not in (ExitCode.DONE, ExitCode.FAILED):  # marks tell the second
         raise BenchError(f"the batch ended with {process.returncode}: see {place / 'said.txt'}")
 
 

@@ -274,7 +274,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         draw_all(arguments.build, arguments.width)
     except UserError as error:
-        print(Texts(preferred()).say(error.key, **error.values), file=sys.stderr)
+        print(error.sentence(Texts(preferred())), file=sys.stderr)
     except OSError as error:
         where, why = error.filename or arguments.build, error.strerror or error
         print(f"{where}: {why}; check it, or give --build DIR", file=sys.stderr)

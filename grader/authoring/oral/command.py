@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import argparse
 import re
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -16,46 +15,38 @@ from grader.authoring.oral import page
 from grader.authoring.oral.choice import choose
 from grader.authoring.oral.records import Swapped
 from grader.authoring.oral.trials import Laboratory
-from grader.authoring.specimens.patches import REFERENCE, PatchError
-from grader.build.records import BindError, BuildStatus
-from grader.checking.expected_data import ExpectedError
+from grader.authoring.specimens.patches import REFERENCE
+from grader.build.records import BuildStatus
 from grader.console import parser as usage
 from grader.console.parser import Parser
+from grader.console.run import ExitCode, run
 from grader.course import exercises
-from grader.course.exercises import ROOT, ManifestError
+from grader.course.exercises import ROOT
 from grader.course.message import UserError
 from grader.course.texts import LANGUAGES, Texts
-from grader.evaluation.records import PytestError
-from grader.execution.worker_process import MachineError
 from grader.files import write_whole
-from grader.intake.submission import SubmissionError, read_submission
+from grader.intake.submission import read_submission
 from grader.sandbox.levels import current
 
-DONE, WRONG_USE, FAILED, INTERRUPTED = 0, 2, 3, 130
 COUNT, MOST = 5, 20
 
 
 class OralError(UserError):
     """There is nothing to ask, or no place to write it: a sentence of [oral] in messages/."""
 
+    code = 2
+
 
 def main(arguments: Sequence[str]) -> int:
     """Run the command; return the exit code."""
     texts = Texts(usage.language(arguments))
     options = _parser(texts).parse_args(arguments)
-    try:
+
+    def act() -> int:
         print(_write(options, texts))
-    except (SubmissionError, OralError) as error:
-        return _complain(texts.say(error.key, **error.values), WRONG_USE)
-    except UserError as error:
-        return _complain(texts.say(error.key, **error.values), FAILED)
-    except (ManifestError, PatchError) as error:
-        return _complain(str(error), FAILED)
-    except (BindError, MachineError, PytestError, ExpectedError) as error:
-        return _complain(texts.say("machine.failed", detail=error), FAILED)
-    except KeyboardInterrupt:
-        return INTERRUPTED
-    return DONE
+        return ExitCode.DONE
+
+    return run(act, texts)
 
 
 def _write(options: argparse.Namespace, texts: Texts) -> str:
@@ -117,8 +108,3 @@ def _count(text: str) -> int:
     if not 0 < number <= MOST:
         raise ValueError(text)
     return number
-
-
-def _complain(sentence: str, code: int) -> int:
-    print(sentence, file=sys.stderr)
-    return code

@@ -19,10 +19,9 @@ from dataclasses import asdict
 from pathlib import Path
 
 from grader.authoring.proof import figures, page
-from grader.authoring.proof.figures import FiguresError
-from grader.authoring.proof.grades import GradeCache, ProofError
+from grader.authoring.proof.grades import GradeCache
 from grader.authoring.proof.parts import Part
-from grader.authoring.specimens.patches import PatchError
+from grader.course.message import GraderError
 from grader.files import write_whole
 from grader.report.results import write
 
@@ -46,7 +45,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     os.nice(NICE)
     try:
         return prove(options)
-    except (ProofError, FiguresError, PatchError, OSError) as error:
+    except (GraderError, OSError) as error:
         print(error, file=sys.stderr)
         return 3
     except KeyboardInterrupt:

@@ -13,6 +13,7 @@ from string import Formatter
 
 from grader.authoring.specimens.mistakes import FOLDER
 from grader.course.exercises import ROOT
+from grader.course.message import GraderError
 from grader.files import write_whole
 from grader.report.results import write
 
@@ -28,7 +29,7 @@ BEGIN, END = "<!-- BEGIN PROOF: written by make prove -->", "<!-- END PROOF -->"
 Figures = Mapping[str, float]
 
 
-class FiguresError(Exception):
+class FiguresError(GraderError):
     """A file that figures are kept in cannot be used: the file and the cure in one line."""
 
 

@@ -22,6 +22,7 @@ from grader.authoring.specimens import patches
 from grader.authoring.specimens.grading import results
 from grader.checking.expected_data import FOLDER
 from grader.course.exercises import CORE, MANIFEST, PACKAGE
+from grader.course.message import GraderError
 from grader.course.settings import COURSE
 from grader.files import content_key
 from grader.report.results import write
@@ -30,7 +31,7 @@ from grader.report.results import write
 _JUDGES = ("checking", "checks", "evaluation")  # the packages that decide of points
 
 
-class ProofError(Exception):
+class ProofError(GraderError):
     """A grade could not be made, by the machine's or the grader's fault: what, in one line."""
 
 

@@ -26,7 +26,8 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from grader.course.exercises import CORE, ROOT, Manifest, ManifestError, load
+from grader.course.exercises import CORE, ROOT, Manifest, load
+from grader.course.message import GraderError
 
 DIFF_LINES = 40  # enough to see what drifted without flooding a CI log
 
@@ -38,7 +39,7 @@ END = re.compile(r"(?P<indent>[ \t]*)/\* END SOLUTION \*/[ \t]*")
 SUSPECT = re.compile(r"SOLUTION|(?i:\b(?:begin|end)[\s_-]*solution)")
 
 
-class SkeletonError(Exception):
+class SkeletonError(GraderError):
     """What stopped the generator: one line that names the file and the cure."""
 
 
@@ -247,7 +248,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             check(arguments.out, texts)
         else:
             write_all(arguments.out, texts)
-    except (ManifestError, SkeletonError) as error:
+    except GraderError as error:
         print(error, file=sys.stderr)
         return 1
     return 0

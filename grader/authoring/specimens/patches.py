@@ -13,6 +13,7 @@ from pathlib import Path
 
 from grader.course import exercises
 from grader.course.exercises import ROOT
+from grader.course.message import GraderError
 from grader.intake.records import Submission
 
 REFERENCE = ROOT / "reference"
@@ -20,7 +21,7 @@ _FILE = re.compile(r"\+\+\+ (?:b/)?reference/(\S+)")
 _HUNK = re.compile(r"@@ -(\d+)")
 
 
-class PatchError(Exception):
+class PatchError(GraderError):
     """A patch cannot be read, or does not fit the reference: the file and the cure in one line."""
 
 

@@ -29,7 +29,7 @@ from grader.authoring.drawings import figures
 from grader.authoring.drawings.contact_sheet import save
 from grader.authoring.skeleton.skeleton import SkeletonError, read_text, shown
 from grader.course.exercises import ROOT
-from grader.course.message import UserError
+from grader.course.message import GraderError, UserError
 from grader.execution.session import open_core
 from grader.execution.worker_process import Died, MachineError
 from grader.files import write_whole
@@ -53,7 +53,7 @@ VERBATIM = re.compile(
 HARD = "\N{NO-BREAK SPACE}"
 
 
-class NotebookError(Exception):
+class NotebookError(GraderError):
     """What stopped the generator: one line that names the file and the cure."""
 
 

@@ -13,6 +13,7 @@ from grader import commands
 from grader.batch import results_folder
 from grader.batch.records import BatchError, GradedFiles
 from grader.batch.results_folder import ResultsFolder, StoredResult
+from grader.console.run import ExitCode
 from grader.sandbox import bubblewrap
 
 RESULTS = {
@@ -86,7 +87,7 @@ def test_a_folder_that_is_not_ours_is_not_touched(tmp_path: Path) -> None:
     (tmp_path / "thesis").mkdir()
     (tmp_path / "thesis" / "students").write_text("mine", encoding="utf-8")
     assert refusal(tmp_path / "thesis") == "batch.not_ours"
-    assert commands.main(["purge", str(tmp_path / "thesis")]) == commands.WRONG_USE
+    assert commands.main(["purge", str(tmp_path / "thesis")]) == ExitCode.WRONG_USE
     assert (tmp_path / "thesis" / "students").read_text(encoding="utf-8") == "mine"
     with ResultsFolder(tmp_path / "out"):
         assert refusal(tmp_path / "out") == "batch.busy"
@@ -102,7 +103,7 @@ def test_a_place_that_submissions_see_is_not_taken(
     (tmp_path / "in").mkdir()
     monkeypatch.setattr(bubblewrap, "_folders", lambda: (tmp_path / "system",))
     words = [str(tmp_path / "in"), "--out", str(tmp_path / "system" / "out"), "--lang", "fr"]
-    assert commands.main(["batch", *words]) == commands.WRONG_USE
+    assert commands.main(["batch", *words]) == ExitCode.WRONG_USE
     assert f"{tmp_path}/system/out est parmi les programmes du système" in capsys.readouterr().err
     assert not (tmp_path / "system").exists()
 

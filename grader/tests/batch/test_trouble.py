@@ -18,6 +18,7 @@ import pytest
 from grader.batch import command, pool
 from grader.batch.grade_one import BuildFolder, grade
 from grader.batch.results_folder import ResultsFolder, StoredResult
+from grader.console.run import ExitCode
 from grader.tests.batch import classroom
 from grader.tests.batch.test_class import marks
 
@@ -63,19 +64,19 @@ def test_a_full_and_a_read_only_disk(
 ) -> None:
     """No mark for want of room, then all of them; on a disk that is closed nothing changes."""
     submissions = lay(tmp_path, "Ada", "Grace")
-    assert batch(submissions, disk) == command.FAILED
+    assert batch(submissions, disk) == ExitCode.FAILED
     said = capfd.readouterr()
     assert "No space left on device" in said.out
     assert "Traceback" not in said.err
     assert marks(disk) == {"Ada": [None], "Grace": [None]}
     assert mounted("-o", "remount,size=200m", str(disk))
-    assert batch(submissions, disk) == command.DONE
+    assert batch(submissions, disk) == ExitCode.DONE
     whole = (disk / "grades.csv").read_bytes()
     assert marks(disk) == {"Ada": [0], "Grace": [0]}
     assert mounted("-o", "remount,ro", str(disk))
     lay(tmp_path, "Linus")
     capfd.readouterr()
-    assert batch(submissions, disk) == command.FAILED
+    assert batch(submissions, disk) == ExitCode.FAILED
     said = capfd.readouterr()
     assert f"{disk}/.batch.json.lock : écriture impossible" in said.err
     assert "Read-only file system" in said.err
@@ -97,12 +98,12 @@ def test_out_that_is_deleted_meanwhile(
 
     with monkeypatch.context() as patch:
         patch.setattr(ResultsFolder, "save", once)
-        assert batch(submissions, out) == command.FAILED
+        assert batch(submissions, out) == ExitCode.FAILED
     said = capfd.readouterr()
     assert f"{out} a disparu" in said.err
     assert "Traceback" not in said.err
     assert not out.exists()
-    assert batch(submissions, out) == command.DONE
+    assert batch(submissions, out) == ExitCode.DONE
     assert marks(out) == {"Ada": [0], "Grace": [0], "Linus": [0]}
 
 
@@ -119,7 +120,7 @@ def test_submissions_of_500_mb(tmp_path: Path, capfd: pytest.CaptureFixture[str]
                 entry.write(b" " * 10_000_000)
         archive.writestr("raytracer.c", "#error\n")
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    assert batch(submissions, out) == command.DONE
+    assert batch(submissions, out) == ExitCode.DONE
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 100_000  # kilobytes
     assert marks(out) == {
         **{"Ada": [0], "Large file": [0], "Bomb": [0]},
@@ -149,7 +150,7 @@ def test_root_without_a_sandbox(
 
     monkeypatch.setattr(pool, "_temporary", noting)
     words = [str(closed / "in"), "--out", str(out), "--isolation", "medium", "--jobs", "1"]
-    assert command.main([*words, "--lang", "fr"]) == command.DONE
+    assert command.main([*words, "--lang", "fr"]) == ExitCode.DONE
     assert marks(out) == {"Ada": [3.0]}
     results = json.loads((out / "students" / "Ada" / "results.json").read_text(encoding="utf-8"))
     assert results["isolation"] == "medium"
@@ -169,9 +170,9 @@ def test_a_clock_that_jumps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     place = BuildFolder(tmp_path / "builds")
     place.folder.mkdir()
     monkeypatch.setattr(pool, "run", lambda tasks, *_: (grade(each, place) for each in tasks))
-    assert batch(submissions, out) == command.DONE
+    assert batch(submissions, out) == ExitCode.DONE
     assert marks(out) == {"Ada": [0], "Grace": [0]}
     before = (out / "grades.csv").read_bytes()
-    assert batch(submissions, out) == command.DONE
+    assert batch(submissions, out) == ExitCode.DONE
     assert (out / "grades.csv").read_bytes() == before
     assert not (out / "changes.csv").exists()

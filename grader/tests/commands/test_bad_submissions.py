@@ -17,6 +17,7 @@ from typing import Any
 import pytest
 
 from grader import commands
+from grader.console.run import ExitCode
 from grader.course import exercises
 from grader.course.exercises import read_toml
 
@@ -82,7 +83,7 @@ def test_bad_submission(
     build.mkdir()
     (build / "cache").symlink_to(cache)
     words = ["grade", str(folder), "--build", str(build)]
-    assert commands.main([*words, "--lang", "fr", "--tp", "1"]) == commands.GRADED
+    assert commands.main([*words, "--lang", "fr", "--tp", "1"]) == ExitCode.DONE
     said = capsys.readouterr().out
     results = json.loads((build / "grade" / "partial" / "results.json").read_text(encoding="utf-8"))
     assert {each["id"]: each["outcome"] for each in results["checks"]} == expected(case)

@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 
 from grader import commands
+from grader.console.run import ExitCode
 from grader.evaluation import plugin
 from grader.execution.worker_process import Limits, SessionSocket, WorkerProcess
 
@@ -26,7 +27,7 @@ def graded(folder: Path, cache: Path, build: Path) -> dict[str, Any]:
     build.mkdir()
     (build / "cache").symlink_to(cache)
     words = ["grade", str(folder), "--tp", "1", "-k", "fill_red", "--build", str(build)]
-    assert commands.main([*words, "--lang", "en"]) in (commands.GRADED, commands.FAILED)
+    assert commands.main([*words, "--lang", "en"]) in (ExitCode.DONE, ExitCode.FAILED)
     content = json.loads((build / "grade" / "partial" / "results.json").read_text(encoding="utf-8"))
     check: dict[str, Any] = next(each for each in content["checks"] if "fill_red" in each["id"])
     return check

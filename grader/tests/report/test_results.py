@@ -17,6 +17,7 @@ from grader.build import toolchain
 from grader.build.records import Target
 from grader.build.toolchain import Compiler
 from grader.checking import expected_data
+from grader.console.run import ExitCode
 from grader.course import exercises, settings
 from grader.course.exercises import PACKAGE, ManifestError
 from grader.course.message import Message
@@ -230,9 +231,9 @@ def test_a_run_writes_its_three_results(
     """results.json as the schema says, junit.xml beside it, and an exit code for a low mark."""
     folder = submission()
     code, content, _ = run(folder, "--fail-under", "2")
-    assert (code, content["score"], list(faults(content, SCHEMA))) == (commands.GRADED, 2, [])
+    assert (code, content["score"], list(faults(content, SCHEMA))) == (ExitCode.DONE, 2, [])
     assert (tmp_path / "build" / "grade" / "partial" / "junit.xml").exists()
-    assert run(folder, "--fail-under", "2.5")[0] == commands.BELOW
+    assert run(folder, "--fail-under", "2.5")[0] == ExitCode.BELOW
 
 
 def test_an_archive_is_graded_as_its_folder_is(
@@ -242,7 +243,7 @@ def test_an_archive_is_graded_as_its_folder_is(
     path = Path(shutil.make_archive(str(tmp_path / "archive"), "gztar", submission()))
     code, content, said = run(path)
     assert (code, content["score"], content["submission"]["name"]) == (
-        commands.GRADED,
+        ExitCode.DONE,
         2,
         "archive",
     )
@@ -254,7 +255,7 @@ def test_a_level_of_isolation_can_be_asked_for(
 ) -> None:
     """The report says which one it was."""
     code, content, said = run(submission(), "--isolation", "portable")
-    assert (code, content["isolation"]) == (commands.GRADED, "portable")
+    assert (code, content["isolation"]) == (ExitCode.DONE, "portable")
     assert 'level "portable"' in said
 
 
@@ -263,7 +264,7 @@ def test_a_folder_without_expected_data_is_wrong_use(
 ) -> None:
     """One line, before anything is run."""
     code, content, said = run(submission(), "--expected", str(tmp_path))
-    assert (code, content) == (commands.WRONG_USE, {})
+    assert (code, content) == (ExitCode.WRONG_USE, {})
     assert said.startswith(f"{tmp_path / 'manifest.json'}: this file of expected data cannot be")
     assert said.count("\n") == 1
 
@@ -276,7 +277,7 @@ def test_a_damaged_file_of_expected_data_is_told_by_its_name(
     (copy / "camera_ray.anywhere.npz").write_bytes(b"odd")
     words = ("--expected", str(copy), "-k", "camera_ray.anywhere")
     code, content, _ = run(submission(), *words)
-    assert (code, content["incomplete"]) == (commands.FAILED, True)
+    assert (code, content["incomplete"]) == (ExitCode.FAILED, True)
     (check,) = (each for each in content["checks"] if each["outcome"] == "error")
     assert check["message"].startswith("This check could not be made: the file camera_ray.anywhere")
     assert "put the original folder back, reference/expected." in check["message"]

@@ -1,0 +1,36 @@
+"""How a command ends: its exit code, and what went wrong as one line on stderr."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from enum import IntEnum
+
+from grader.course.message import GraderError
+from grader.course.texts import Texts
+
+
+class ExitCode(IntEnum):
+    """The exit codes of every command."""
+
+    DONE = 0
+    BELOW = 1  # graded, below --fail-under
+    WRONG_USE = 2
+    FAILED = 3  # the grader or the machine
+    INTERRUPTED = 130
+
+
+def run(act: Callable[[], int], texts: Texts) -> int:
+    """Run a command; return its exit code."""
+    try:
+        return act()
+    except GraderError as error:
+        return complain(error.sentence(texts), error.code)
+    except KeyboardInterrupt:
+        return ExitCode.INTERRUPTED
+
+
+def complain(sentence: str, code: int) -> int:
+    """Say what is wrong; return the exit code."""
+    sys.stderr.write(f"{sentence}\n")
+    return code
