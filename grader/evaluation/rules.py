@@ -8,7 +8,7 @@ wait, unless it happens inside a function that is already known to be wrong.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from grader.course.exercises import Check, Manifest
@@ -125,13 +125,28 @@ class _Judge:
             return set()
         allowed = self._rules.waited_for(check)
         if finding.outcome in _ENDED:
-            return {each for each in allowed & self._wrong.keys() if self._ends(each, finding)}
-        met = {each for each in finding.todo if each not in self._asked}
-        return set(allowed & (self.unwritten | self._wrong.keys() | met))
+            return self._enders(finding, check, allowed & self._wrong.keys())
+        # A marker counts that was met here, of an exercise that is not right all the same.
+        missing = {each for each in finding.todo if each not in self._asked - self.unwritten}
+        return set(allowed & (missing | self._wrong.keys()))
 
-    def _ends(self, exercise: str, finding: Finding) -> bool:
-        """Say whether code that did not come back was in a function of a convicted exercise."""
-        function = finding.message.values.get("function") if finding.message else None
-        if function:
-            return function in self._rules.exercise(exercise).functions
-        return bool(self._wrong[exercise] & {*_ENDED})
+    def _enders(self, finding: Finding, check: Check, wrong: Collection[str]) -> set[str]:
+        """Return the exercises, of those that are wrong, in which code did not come back.
+
+        Of a crash, the function of an exercise that is nearest to it; a loop goes through others,
+        so there any of the calls. Where no call is known, exercises that end so themselves.
+        """
+        calls = finding.message.values.get("calls") if finding.message else None
+        names = [name for name, _ in calls] if isinstance(calls, Sequence) else []
+        own = self._rules.exercise(check.exercise).functions
+        callers = {
+            name: {each for each in wrong if name in self._rules.exercise(each).functions}
+            for name in names
+        }
+        if finding.outcome is Outcome.TIMEOUT:
+            found = set[str]().union(*callers.values())
+        else:
+            found = next((callers[each] for each in names if callers[each] or each in own), set())
+        if found or any(each in own for each in names):
+            return found
+        return {each for each in wrong if self._wrong[each] & {*_ENDED}}

@@ -29,6 +29,7 @@ from grader.report.results import write
 PARTS = {
     "nothing": "nothing",
     "known": "known",
+    "half_written": "half_written",
     "pairs": "pairs",
     "variants": "right",
     "flakiness": "flaky",

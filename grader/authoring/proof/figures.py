@@ -19,6 +19,7 @@ from grader.report.results import write
 
 KEYS = (
     *("known_mistakes", "caught", "named_right", "named_wrong", "named_none"),
+    *("half_written", "half_written_shown", "half_right", "half_right_calm"),
     *("mutants", "equivalent", "mutation_score", "mutation_score_worst_function"),
     *("variants", "variants_full", "runs", "flaky"),
 )
@@ -72,6 +73,11 @@ _LINES = (
         "{known_mistakes:.0f} known mistakes",
         "{caught:.0f} lose points in their own exercise, {elsewhere:.0f} in another;"
         " {named_right:.0f} named right, {named_wrong:.0f} wrong",
+    ),
+    (
+        "{half_written:.0f} half-written programs with one, without the reference",
+        "in {half_written_shown:.0f} it is shown at its exercise, and nothing else is red;"
+        " {half_right_calm:.0f} of {half_right:.0f} right ones have nothing red",
     ),
     (
         "{pairs:.0f} pairs of mistakes",

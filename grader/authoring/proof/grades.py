@@ -43,17 +43,24 @@ class Program:
     files: Mapping[str, str]
     flags: tuple[str, ...] = ()
     compiler: str = ""
+    with_reference: bool = True  # without: as in a student's copy
 
     @cached_property
     def key(self) -> str:
         """What stands for its content, and for what judges it."""
-        parts = (sorted(self.files.items()), self.flags, self.compiler, judged_by())
-        return content_key(*parts)
+        built = (self.flags, self.compiler, self.with_reference)
+        return content_key(sorted(self.files.items()), *built, judged_by())
 
     def results(self, cache: Path) -> dict[str, Any]:
         """Grade it; return the content of results.json. Raises ProofError."""
         submission = patches.submission(self.id, self.files)
-        found = results(submission, cache, flags=self.flags, compiler=self.compiler)
+        found = results(
+            submission,
+            cache,
+            flags=self.flags,
+            compiler=self.compiler,
+            with_reference=self.with_reference,
+        )
         if found["incomplete"]:
             errors = [each for each in found["checks"] if each["outcome"] == "error"]
             raise ProofError(f"{self.id}: {errors[0]['id']}: {errors[0]['message']}")

@@ -43,10 +43,15 @@ def graded(
 
 
 def results(
-    submission: Submission, cache: Path, flags: Sequence[str] = (), compiler: str = ""
+    submission: Submission,
+    cache: Path,
+    flags: Sequence[str] = (),
+    compiler: str = "",
+    *,
+    with_reference: bool = True,
 ) -> dict[str, Any]:
     """Return the content of results.json, but for what changes from one run to the next."""
-    judged = _report(submission, cache, None, flags, compiler)
+    judged = _report(submission, cache, None, flags, compiler, with_reference)
     content = report.as_json(judged, Texts("en"))
     pictures = {
         report.image_name(each, role): hashlib.sha256(content).hexdigest()
@@ -58,12 +63,17 @@ def results(
 
 
 def _report(
-    submission: Submission, cache: Path, tp: int | None, flags: Sequence[str], compiler: str
+    submission: Submission,
+    cache: Path,
+    tp: int | None,
+    flags: Sequence[str],
+    compiler: str,
+    with_reference: bool = True,
 ) -> Report:
     rules = exercises.load()
     chosen = toolchain.find_compiler(compiler)
     with Libraries(submission, sizes_for(tp), cache, chosen, tuple(flags)) as libraries:
-        findings = run_checks(libraries, rules, tp)
+        findings = run_checks(libraries, rules, tp, with_reference=with_reference)
         return report_of(libraries, rules, findings, Texts("en"))
 
 

@@ -104,7 +104,7 @@ def check(*exercises: str) -> Checked:
     The files are judged as they are saved. Raises Stopped, for an exercise that does not exist too.
     """
     judged = [JUDGE.judge(_exercise(each)) for each in exercises]
-    whole = stack([_shown(each) for each in judged])
+    whole = stack([shown(each) for each in judged])
     pixels = tuple(pixel for each in judged for pixel in _pixels(each.checks)[:1])
     return Checked(whole.html, whole.text, pixels)
 
@@ -121,7 +121,8 @@ def _exercise(name: str) -> Exercise:
     return exercise
 
 
-def _shown(judged: Judged) -> Shown:
+def shown(judged: Judged) -> Shown:
+    """Return the card of an exercise: what is wrong in full, the rest in a line each."""
     result = judged.result
     head = say(
         "judged",

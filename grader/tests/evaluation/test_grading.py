@@ -114,11 +114,15 @@ def test_what_crashes_or_loops_never_waits_for_a_stub(outcome: Outcome) -> None:
 
 def test_a_crash_inside_a_wrong_function_is_that_ones() -> None:
     """intersect_plane crashes, called by itself and by intersect_scene: one exercise is red."""
-    inside = Message("death.SIGSEGV", {"call": "f()", "function": "intersect_plane"})
+    inside = Message(
+        "death.SIGSEGV", {"call": "f()", "calls": [("intersect_plane", "raytracer.c:9")]}
+    )
     own = replace(finding(PLANE, Outcome.CRASHED), message=inside)
     through = replace(finding(NEAREST, Outcome.CRASHED), message=inside)
     assert judged(own, through)[NEAREST][0] == "blocked"
-    elsewhere = Message("death.SIGSEGV", {"call": "f()", "function": "intersect_scene"})
+    elsewhere = Message(
+        "death.SIGSEGV", {"call": "f()", "calls": [("intersect_scene", "raytracer.c:19")]}
+    )
     assert judged(own, replace(through, message=elsewhere))[NEAREST][0] == "crashed"
 
 
