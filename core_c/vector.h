@@ -41,7 +41,10 @@ typedef struct vec3_s {
 typedef vec3 color;
 typedef vec3 point3;
 
-static inline vec3 vector_init(float x, float y, float z) {
+/* Whoever drops the result of one of these functions has called it for nothing: the compiler says so. */
+#define VECTOR_RESULT __attribute__((warn_unused_result))
+
+VECTOR_RESULT static inline vec3 vector_init(float x, float y, float z) {
     vec3 v;
     v.x = x;
     v.y = y;
@@ -49,39 +52,39 @@ static inline vec3 vector_init(float x, float y, float z) {
     return v;
 }
 
-static inline vec3 vector_add(vec3 a, vec3 b) {
+VECTOR_RESULT static inline vec3 vector_add(vec3 a, vec3 b) {
     return vector_init(a.x + b.x, a.y + b.y, a.z + b.z);
 }
 
-static inline vec3 vector_minus(vec3 a, vec3 b) {
+VECTOR_RESULT static inline vec3 vector_minus(vec3 a, vec3 b) {
     return vector_init(a.x - b.x, a.y - b.y, a.z - b.z);
 }
 
-static inline vec3 vector_float_mul(float f, vec3 v) {
+VECTOR_RESULT static inline vec3 vector_float_mul(float f, vec3 v) {
     return vector_init(f * v.x, f * v.y, f * v.z);
 }
 
-static inline vec3 vector_vec_mul(vec3 a, vec3 b) {
+VECTOR_RESULT static inline vec3 vector_vec_mul(vec3 a, vec3 b) {
     return vector_init(a.x * b.x, a.y * b.y, a.z * b.z);
 }
 
-static inline float vector_dot(vec3 a, vec3 b) {
+VECTOR_RESULT static inline float vector_dot(vec3 a, vec3 b) {
     return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 
-static inline vec3 vector_cross(vec3 a, vec3 b) {
+VECTOR_RESULT static inline vec3 vector_cross(vec3 a, vec3 b) {
     return vector_init(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
 }
 
-static inline float vector_sqnorm(vec3 v) {
+VECTOR_RESULT static inline float vector_sqnorm(vec3 v) {
     return vector_dot(v, v);
 }
 
-static inline float vector_norm(vec3 v) {
+VECTOR_RESULT static inline float vector_norm(vec3 v) {
     return sqrtf(vector_sqnorm(v));
 }
 
-static inline vec3 vector_normalized(vec3 v) {
+VECTOR_RESULT static inline vec3 vector_normalized(vec3 v) {
     float norm = vector_norm(v);
     if (!(norm > 0.f)) {
         return vector_init(0.f, 0.f, 0.f);
@@ -89,19 +92,19 @@ static inline vec3 vector_normalized(vec3 v) {
     return vector_float_mul(1.f / norm, v);
 }
 
-static inline vec3 vector_min(vec3 a, vec3 b) {
+VECTOR_RESULT static inline vec3 vector_min(vec3 a, vec3 b) {
     return vector_init(a.x < b.x ? a.x : b.x, a.y < b.y ? a.y : b.y, a.z < b.z ? a.z : b.z);
 }
 
-static inline vec3 vector_max(vec3 a, vec3 b) {
+VECTOR_RESULT static inline vec3 vector_max(vec3 a, vec3 b) {
     return vector_init(a.x > b.x ? a.x : b.x, a.y > b.y ? a.y : b.y, a.z > b.z ? a.z : b.z);
 }
 
-static inline vec3 vector_clamp(vec3 v, float lo, float hi) {
+VECTOR_RESULT static inline vec3 vector_clamp(vec3 v, float lo, float hi) {
     return vector_min(vector_max(v, vector_init(lo, lo, lo)), vector_init(hi, hi, hi));
 }
 
-static inline vec3 vector_reflect(vec3 v, vec3 n) {
+VECTOR_RESULT static inline vec3 vector_reflect(vec3 v, vec3 n) {
     return vector_minus(v, vector_float_mul(2.f * vector_dot(n, v), n));
 }
 

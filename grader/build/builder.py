@@ -240,9 +240,12 @@ def _to_leave_out(
 
 
 def _alone(job: TargetBuild, header: str) -> str:
-    """Return the errors of a header by itself, "" when it compiles in one language at least."""
+    """Return the errors of a header by itself, "" when it compiles in one language at least.
+
+    In C++ a changed signature would be another function of the same name.
+    """
     tried = [job.compile(header, language).errors for language in LANGUAGES]
-    return tried[0] if all(tried) else ""
+    return tried[0] if all(tried) or _CHANGED.search(tried[0]) else ""
 
 
 def _clean_folder(files: Mapping[str, bytes], in_place: bool, cache: Path) -> Path:

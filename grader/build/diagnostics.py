@@ -3,31 +3,18 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
+from grader.build import meanings
 from grader.course.message import Message
 
-_HEAD = re.compile(r"([\w.-]+):(\d+)(?::\d+)?: (fatal error|error|warning|note): (.*)")
-_QUOTED = re.compile(r"[‘'`]([\w./]+)['’]")
-# What the usual errors mean, in plain words: keys of [build] in messages/. The name they tell is
-# the pattern's group, or else the first word in quotes.
-_MEANINGS = (
-    ("build.changed_signature", r"conflicting types for"),
-    ("build.semicolon", r"expected .*[‘']?;['’]?"),
-    ("build.brace", r"at end of input|expected '}'|function definition is not allowed here"),
-    ("build.undeclared", r"undeclared"),
-    ("build.no_member", r"no member named [‘'](\w+)"),
-    ("build.no_file", r"([\w./]+): No such file|file not found"),
-    ("build.taken", r"as different kind of symbol"),
-    ("build.twice", r"redefinition of"),
-    ("build.off_switch", r"switches the sanitizers off"),
-    ("build.slow", r"^compiling takes too long"),
-    ("build.huge", r"^what is made of it takes more than"),
-    ("build.gives_up", r"^the compiler gives up"),
-)
+_HEAD = re.compile(r"([\w.-]+):(\d+)(?::(\d+))?: (fatal error|error|warning|note): (.*)")
 _INCLUDED = re.compile(r"(In file included from|\s+from) ")
+_INSIDE = re.compile(r"([\w.-]+): (?:In function [‘'`](\w+)|At top level|In file scope)")
 _DUPLICATE = re.compile(r"multiple definition of [`'‘](\w+)['’]")
+CHANGED = "build.changed_signature"
+_GUTTER = re.compile(r" *\d+ \| ?")
 
 
 @dataclass(frozen=True)
@@ -39,6 +26,8 @@ class Diagnostic:
     is_error: bool
     message: str
     lines: tuple[str, ...]  # as the compiler wrote them, the first with place and message
+    function: str = ""  # in which it is, where the compiler says so
+    word: str = ""  # the name that stands there
 
     @property
     def place(self) -> str:
@@ -47,23 +36,64 @@ class Diagnostic:
 
     def meaning(self) -> Message | None:
         """Return what it means in plain words, when that is known."""
-        for key, pattern in _MEANINGS:
-            found = re.search(pattern, self.message)
-            if found and self.is_error:
-                quoted = _QUOTED.search(self.message)
-                name = (found.re.groups and found[1]) or (quoted[1] if quoted else "")
-                return Message(key, {"name": name})
-        return None
+        if self.is_error:
+            return meanings.of_error(self.message, self.lines, self.function)
+        found = meanings.of_warning(self.message, self.word, self.function)
+        return Message(found.key, {**found.values, "place": self.place}) if found else None
 
 
 def read(text: str) -> list[Diagnostic]:
     """Return the errors and warnings of a compiler's output, in its order."""
-    return [_diagnostic(lines) for lines in _groups(text)]
+    return [_diagnostic(lines, function) for lines, function in _groups(text)]
 
 
-def places(errors: str) -> list[str]:
+def errors(text: str) -> list[Diagnostic]:
+    """Return the errors, without those that only follow from another one before them.
+
+    The same error is told once, however many files include its line.
+    """
+    kept: list[Diagnostic] = []
+    told: set[object] = set()
+    for each in (each for each in read(text) if each.is_error):
+        meaning = each.meaning()
+        name = meaning.key if meaning else ""
+        # Braces are counted up to the end of a file: whatever else is wrong may have lost one.
+        once = each.file if name in meanings.BRACES else (each.place, name or each.message)
+        if {once, each.place} & told:
+            continue
+        kept.append(each)
+        told |= {once, each.file}
+        # After what it does not know at all, a compiler understands the line no more.
+        told |= {each.place} if name in meanings.SPOILS else set()
+    return kept
+
+
+def advice(text: str) -> list[Message]:
+    """Return what the warnings mean, those that have a meaning, by their places."""
+    found: dict[tuple[str, int, str], Message] = {}
+    for each in read(text):
+        if not each.is_error and (meaning := each.meaning()):
+            found.setdefault((each.file, each.line, meaning.key), meaning)
+    return [found[key] for key in sorted(found)]
+
+
+def places(text: str) -> list[str]:
     """Return the files in which a compiler has found errors, each once."""
-    return list(dict.fromkeys(each.file for each in read(errors) if each.is_error))
+    return list(dict.fromkeys(each.file for each in read(text) if each.is_error))
+
+
+def changed_signatures(rejected: Mapping[str, str]) -> dict[str, str]:
+    """Return the functions that a header declares otherwise than exercises.h, and that header.
+
+    `rejected` are the errors of files.
+    """
+    found = [
+        (each.meaning(), name)
+        for name, text in rejected.items()
+        if name.endswith(".h")
+        for each in errors(text)
+    ]
+    return {str(each.values["name"]): name for each, name in found if each and each.key == CHANGED}
 
 
 def duplicates(complaint: str) -> list[str]:
@@ -71,23 +101,39 @@ def duplicates(complaint: str) -> list[str]:
     return list(dict.fromkeys(_DUPLICATE.findall(complaint)))
 
 
-def _groups(text: str) -> Iterator[list[str]]:
-    """Split the output: a group begins at an error or a warning, and holds its notes."""
+def _groups(text: str) -> Iterator[tuple[list[str], str]]:
+    """Split the output: a group begins at an error or a warning, and holds its notes.
+
+    Yields its lines, and the function that it is in.
+    """
     group: list[str] = []
     ours = False
+    function = now = ""
     for line in text.splitlines():
         head = _HEAD.match(line)
+        if inside := _INSIDE.match(line):
+            now = inside[2] or ""
         # Notes about the system's headers, and how they came to be included, help nobody.
         ours = bool(head) or (ours and line.startswith(" ") and not _INCLUDED.match(line))
-        if head and head[3] != "note":
-            yield from [group] if group else []
-            group = [line]
+        if head and head[4] != "note":
+            yield from [(group, function)] if group else []
+            group, function = [line], now
         elif group and ours:
             group.append(line)
-    yield from [group] if group else []
+    yield from [(group, function)] if group else []
 
 
-def _diagnostic(lines: list[str]) -> Diagnostic:
+def _diagnostic(lines: list[str], function: str) -> Diagnostic:
     head = _HEAD.match(lines[0])
     assert head is not None
-    return Diagnostic(head[1], int(head[2]), "error" in head[3], head[4], tuple(lines))
+    source = _GUTTER.sub("", lines[1], count=1) if len(lines) > 1 else ""
+    word = re.match(r"\w+", source[int(head[3] or 1) - 1 :])
+    return Diagnostic(
+        head[1],
+        int(head[2]),
+        "error" in head[4],
+        head[5],
+        tuple(lines),
+        function,
+        word[0] if word else "",
+    )

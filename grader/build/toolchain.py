@@ -74,6 +74,8 @@ def compile_flags(compiler: Compiler, target: Target, language: str = "c") -> li
     """
     flags = ["-x", language, "-std=gnu11" if language == "c" else "-std=gnu++17"]
     flags += ["-g", "-fPIC", "-ffp-contract=off", "-Wall", "-Wextra"]
+    # Of another local variable or a parameter; a name of a header may well be taken again.
+    flags += ["-Wshadow" if compiler.is_clang else "-Wshadow=local"]
     flags += ["-fno-color-diagnostics" if compiler.is_clang else "-fdiagnostics-color=never"]
     flags += ["-ferror-limit=20"] if compiler.is_clang else ["-fmax-errors=20"]
     if compiler.platform != "darwin":

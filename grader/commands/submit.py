@@ -193,7 +193,7 @@ def _errors(result: BuildResult) -> Iterator[tuple[str, str]]:
     if result.log and not logs:
         logs[exercises.load().student[0]] = result.log
     for name, log in logs.items():
-        errors = [each for each in diagnostics.read(log) if each.is_error]
+        errors = diagnostics.errors(log)
         first = f"{errors[0].place}: {errors[0].message}" if errors else log.strip()[:200]
         yield name, first
 

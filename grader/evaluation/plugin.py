@@ -148,7 +148,7 @@ class GraderPlugin:
         if (known := item.stash.get(_STUDENT, None)) is not None:
             return known
         exercise = self._rules.exercise(self._rules.checks()[_check_id(item)].exercise)
-        library_set = self._libraries.lend(exercise.file)
+        library_set = self._libraries.lend(exercise.file, exercise.functions)
         student = Student(library_set, self._folder, exercise.functions)
         item.stash[_STUDENT] = student
         return student

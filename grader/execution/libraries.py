@@ -212,13 +212,19 @@ class Libraries:
         """Why files of the submission are not judged, by their names."""
         return {name: why for each in self.builds for name, why in self._why(each).items()}
 
-    def lend(self, file: str) -> LibrarySet:
-        """Return the libraries, for a check of functions of `file`. Raises NotBuilt."""
+    def lend(self, file: str, functions: Collection[str] = ()) -> LibrarySet:
+        """Return the libraries, for a check of functions of `file`. Raises NotBuilt.
+
+        A header that was left out takes with it the functions that it declares in another way.
+        """
         first = self._first.result().result
         if first.status is not BuildStatus.BUILT:
             raise NotBuilt(Message(NOT_LINKED))
-        if file in (why := self._why(first)):
-            raise NotBuilt(why[file])
+        why = self._why(first)
+        changed = diagnostics.changed_signatures(first.rejected)
+        for name in (file, *(changed[each] for each in functions if each in changed)):
+            if name in why:
+                raise NotBuilt(why[name])
         return self._set
 
     @contextlib.contextmanager
@@ -282,8 +288,11 @@ class Libraries:
             for name in exercises.load().student
             if name not in self.submission.files and name not in self.submission.missing
         }
+        sources = {name for name in self.submission.files if name.endswith(".c")}
+        beside = Message("failure.beside") if sources - result.rejected.keys() else ""
         for name, log in result.rejected.items():
-            errors = [each for each in diagnostics.read(log) if each.is_error]
-            message = f"{errors[0].place}: {errors[0].message}" if errors else log[:200]
-            why[name] = Message("failure.not_built", {"file": name, "error": message})
+            errors = diagnostics.errors(log)
+            text = f"{errors[0].place}: {errors[0].message}" if errors else log[:200]
+            values: dict[str, object] = {"file": name, "error": text, "beside": beside}
+            why[name] = Message("failure.not_built", values)
         return why

@@ -16,6 +16,7 @@ from grader.build import diagnostics
 from grader.build.diagnostics import Diagnostic
 from grader.build.records import BuildResult, BuildStatus
 from grader.course import exercises as manifest
+from grader.course.message import Message
 from grader.course.texts import Texts
 from grader.evaluation.records import CheckResult, ExerciseResult, Outcome, Report
 from grader.files import write_whole
@@ -105,12 +106,13 @@ def _text(path: str) -> str:
 def _build(report: Report, texts: Texts) -> dict[str, Any]:
     built = all(each.status is BuildStatus.BUILT for each in report.builds)
     logs = [each.log for each in report.builds if each.log]
-    errors = [each for each in diagnostics.read("".join(logs[:1])) if each.is_error]
+    errors = diagnostics.errors("".join(logs[:1]))
     # Each size warns of the same lines.
     warnings = {warning: None for each in report.builds for warning in _warnings(each)}
     return {
         "ok": built and not report.rejected,
         "warnings": list(warnings),
+        "advice": [texts.say(each.key, **each.values) for each in _advice(report.builds)],
         "log": logs[0][:MAX_LOG] if logs else "",
         "errors": [_error(each, texts) for each in errors[:MAX_ERRORS]],
         "rejected": dict(report.rejected),
@@ -124,6 +126,11 @@ def _warnings(result: BuildResult) -> Iterator[str]:
     for each in diagnostics.read("\n".join(result.warnings)):
         if not each.is_error:
             yield "\n".join(each.lines)
+
+
+def _advice(builds: Sequence[BuildResult]) -> list[Message]:
+    """Return what the warnings of all the builds mean, where that is known."""
+    return diagnostics.advice("\n".join(line for each in builds for line in each.warnings))
 
 
 def _error(error: Diagnostic, texts: Texts) -> dict[str, Any]:

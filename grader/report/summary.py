@@ -48,6 +48,21 @@ class Summary:
             text = self.texts.say(key, path=each["path"], age=self.age(each))
             yield text, "yellow" if newer else ""
 
+    def not_compiled(self, name: str) -> str:
+        """Say that a file does not compile, and whether others are judged all the same."""
+        files, rejected = self.content["submission"]["files"], self.content["build"]["rejected"]
+        others = any(each.endswith(".c") and each not in rejected for each in files)
+        beside = self.texts.say("failure.beside") if others else ""
+        return self.texts.say("report.not_compiled", name=name, beside=beside)
+
+    def pointed_out(self) -> list[str]:
+        """Return the compiler's warnings, a line each: what they mean, else as it wrote them."""
+        build = self.content["build"]
+        advice = list(build.get("advice", ()))
+        told = {_place(each) for each in advice}
+        heads = [each.splitlines()[0] for each in build["warnings"]]
+        return advice + [each for each in heads if _place(each) not in told]
+
     def notes(self) -> Iterator[str]:
         """Yield the notes of the checks, the same words once for all their exercises."""
         notes: dict[str, dict[str, None]] = {}
@@ -225,6 +240,11 @@ def _worth(tp: int) -> float:
     """Return the points of a whole TP, without its bonuses."""
     own = [each for each in exercises.load().exercises if each.tp == tp and not each.bonus]
     return sum(each.points for each in own if each.checks) / 100
+
+
+def _place(line: str) -> tuple[str, ...]:
+    """Return the file and the line with which a line of the compiler's, or on it, begins."""
+    return tuple(each.strip() for each in line.split(":")[:2])
 
 
 def _moment(source: Row) -> datetime:

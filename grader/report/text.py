@@ -12,7 +12,7 @@ from grader.report.results import Row
 from grader.report.summary import Line, Summary
 
 MAX_ERRORS = 3  # of one file, shown whole
-MAX_WARNINGS = 5
+MAX_WARNINGS = 8
 MAX_EXPLAINED = 8  # exercises
 MAX_WAITING = 3
 MAX_PRINTED, MAX_PRINTED_WIDTH = 5, 100  # lines and columns of what a function printed
@@ -77,19 +77,19 @@ class View:
         for name, sentence in build["rejected"].items():
             errors = [each for each in build["errors"] if each["file"] == name]
             yield "", ""
-            yield say("report.not_compiled", name=name) if errors else sentence, "yellow"
+            yield self.summary.not_compiled(name) if errors else sentence, "yellow"
             yield from self._errors(errors)
         if not build["ok"] and not build["rejected"]:
             yield "", ""
             yield say("report.not_built"), "yellow"
             yield from ((f"  {line}", "") for line in build["log"].splitlines()[:MAX_WARNINGS])
-        heads = [each.splitlines()[0] for each in build["warnings"]]
-        if heads:
+        pointed = self.summary.pointed_out()
+        if pointed:
             yield "", ""
             yield say("report.warnings"), ""
-            yield from ((f"  {head}", "") for head in heads[:MAX_WARNINGS])
-        if len(heads) > MAX_WARNINGS:
-            yield "  " + say("report.more", count=len(heads) - MAX_WARNINGS, path=self.path), ""
+            yield from ((f"  {line}", "") for line in pointed[:MAX_WARNINGS])
+        if len(pointed) > MAX_WARNINGS:
+            yield "  " + say("report.more", count=len(pointed) - MAX_WARNINGS, path=self.path), ""
 
     def _errors(self, errors: list[Row]) -> Iterator[Line]:
         for each in errors[:MAX_ERRORS]:

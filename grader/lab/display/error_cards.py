@@ -35,7 +35,7 @@ def remark(text: str) -> Shown:
 
 def not_built(folder: Path, result: BuildResult) -> Shown:
     """Return the compiler's first errors: place, meaning, source line and caret."""
-    errors = [each for each in diagnostics.read(result.log) if each.is_error]
+    errors = diagnostics.errors(result.log)
     head = say("not_built", count=len(errors))
     parts = [_error(folder, each) for each in errors[:MAX_ERRORS]]
     if not errors:

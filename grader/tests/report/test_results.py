@@ -132,7 +132,7 @@ def test_junit_has_a_case_per_check() -> None:
     failure = suite.find("testcase/failure")
     assert failure is not None
     call = HOSTILE.replace("\x1b", "\ufffd")
-    said = f"{call} lit ou écrit hors de la mémoire permise, dans main.c:3."
+    said = f"{call} renvoie 1 ; on attend 2."
     assert failure.get("message") == said
 
 

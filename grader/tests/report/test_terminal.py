@@ -14,6 +14,7 @@ from grader.course.texts import Texts
 from grader.report import terminal
 
 PATH = Path("build/grade/report.html")
+FILES = {"main.c": "", "octree.c": ""}
 
 
 def exercise(number: int, outcome: str, points: float, **other: Any) -> dict[str, Any]:
@@ -37,7 +38,7 @@ def content(*rows: tuple[dict[str, Any], list[dict[str, Any]]], **other: Any) ->
     counted = [each for each in exercises if not each["bonus"]]
     return {
         "graded_at": "2026-03-02T08:00:00+01:00",
-        "submission": {"name": "rendu", "sources": [], "nearby": []},
+        "submission": {"name": "rendu", "files": FILES, "sources": [], "nearby": []},
         "isolation": "strong",
         "notes": [],
         "build": {"ok": True, "warnings": [], "log": "", "errors": [], "rejected": {}},
@@ -447,12 +448,23 @@ def test_a_file_that_does_not_compile_shows_its_first_errors() -> None:
 
 def test_warnings_are_listed_by_their_first_line() -> None:
     """A handful of them."""
-    warnings = [f"main.c:{k}: warning: w\n  {k} | x" for k in range(7)]
+    warnings = [f"main.c:{k}: warning: w\n  {k} | x" for k in range(10)]
     build = {"ok": True, "errors": [], "rejected": {}, "log": "", "warnings": warnings}
     lines = shown(content((exercise(1, "passed", 4), [check(1, "passed")]), build=build))
     assert "  main.c:4: warning: w" in lines
     assert "  ... et 2 de plus dans build/grade/report.html" in lines
     assert not any("| x" in line for line in lines)
+
+
+def test_what_a_warning_means_stands_in_its_place() -> None:
+    """The sentence instead of the compiler's line; a warning without one comes behind."""
+    warnings = [f"main.c:{k}: warning: w\n  {k} | x" for k in range(2)]
+    advice = ["main.c:1 : la variable x ne sert jamais (f)."]
+    build = {"ok": True, "errors": [], "rejected": {}, "log": "", "warnings": warnings}
+    build |= {"advice": advice}
+    lines = shown(content((exercise(1, "passed", 4), [check(1, "passed")]), build=build))
+    first = lines.index("Le compilateur signale (sans effet sur les points) :") + 1
+    assert lines[first : first + 3] == [f"  {advice[0]}", "  main.c:0: warning: w", ""]
 
 
 def test_what_waits_makes_the_total_a_lower_bound() -> None:

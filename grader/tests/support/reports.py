@@ -41,6 +41,15 @@ def png(color: str) -> bytes:
 PNG = png("navy")
 
 
+VALUES: dict[str, object] = {"call": HOSTILE, "got": "1", "expected": "2"}
+
+
+def told(outcome: Outcome) -> str:
+    """Return the key of what is said of an outcome."""
+    crashed = outcome in (Outcome.CRASHED, Outcome.TIMEOUT)
+    return "death.SIGSEGV" if crashed else "failure.result"
+
+
 def every_outcome(language: str = "fr", folder: Path | None = None) -> dict[str, Any]:
     """Return the content of results.json for a run in which everything happens.
 
@@ -50,7 +59,7 @@ def every_outcome(language: str = "fr", folder: Path | None = None) -> dict[str,
     names = [check.id for exercise in RULES.exercises for check in exercise.checks]
     findings = [
         Finding(
-            *(name, "title", outcome, Message("death.SIGSEGV", {"call": HOSTILE}), "main.c:3"),
+            *(name, "title", outcome, Message(told(outcome), VALUES), "main.c:3"),
             output=HOSTILE,
             evidence=Evidence(
                 reproducer=PROGRAM,
