@@ -1,1 +1,1 @@
-"""build."""
+"""From C files to libraries: compiler, headers, targets, others' functions in their place."""

@@ -1,1 +1,1 @@
-"""checking."""
+"""What checks are written with: the submission, expected data, comparison, pictures, evidence."""

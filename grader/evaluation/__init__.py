@@ -1,1 +1,1 @@
-"""evaluation."""
+"""From checks to results: pipeline.py is the list of the steps."""

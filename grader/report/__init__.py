@@ -1,1 +1,1 @@
-"""report."""
+"""results.json, and all that is made from it alone: terminal, page, JUnit, history."""

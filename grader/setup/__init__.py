@@ -1,1 +1,1 @@
-"""setup."""
+"""What runs before any package is there, on the standard library: environment, doctor, update."""

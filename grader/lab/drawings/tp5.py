@@ -12,20 +12,10 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 
 from grader.lab.bridge.core import Core
+from grader.lab.display import plots
 from grader.lab.display.card import Shown, table
 from grader.lab.display.picture import draw, figure, new_figure, show
-from grader.lab.display.plots import (
-    BLUE,
-    GREEN,
-    GREY,
-    LIGHT,
-    ORANGE,
-    RED,
-    SKY,
-    digits,
-    number,
-    sentence,
-)
+from grader.lab.display.plots import BLUE, GREEN, GREY, LIGHT, ORANGE, RED, SKY, number, sentence
 
 Array = npt.NDArray[Any]
 Zone = tuple[int, int, int, int]  # first column, first row, columns, rows
@@ -236,7 +226,7 @@ def error_curve(core: Core, scene: int = 0) -> Shown:
     else:
         title = sentence("tp5.no_error")
     curve.set_title(title)
-    told = " ; ".join(digits(each, 2) for each in errors)
+    told = " ; ".join(plots.digits(each, 2) for each in errors)
     return figure(drawn, sentence("tp5.error_alt", scene=scene, errors=told, title=title))
 
 
