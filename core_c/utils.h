@@ -10,9 +10,12 @@
 
 #include <errno.h>
 #include <limits.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/time.h>
+#include <unistd.h>
 
 #ifdef MRT_PNG
 #include <png.h>
@@ -121,6 +124,66 @@ static inline void mrt_print_todo(void) {
     }
 }
 
+/* ---- How far the picture is ------------------------------------------------------------------ */
+
+/* Stands in the middle of each row until raytrace writes there: it is no colour that one computes, and as good
+ * as black. */
+#define MRT_UNWRITTEN 1e-37f
+
+/* Shows on stderr, twice a second, how many rows are drawn. Called by a timer: nothing but write() is safe here. */
+static inline void mrt_show_progress(int signal_number) {
+    (void)signal_number;
+    int saved = errno;
+    int rows = 0;
+    for (int j = 0; j < HEIGHT; j++) {
+        rows += output_image[j * WIDTH + WIDTH / 2].x != MRT_UNWRITTEN;
+    }
+    int percent = (int)(100L * rows / HEIGHT);
+    char text[] = "\r    %";
+    for (int k = 3; k > 0 && (percent > 0 || k == 3); k--) {
+        text[k] = (char)('0' + percent % 10);
+        percent /= 10;
+    }
+    if (write(STDERR_FILENO, text, sizeof text - 1) < 0) {
+        errno = saved; /* nothing to do about it */
+    }
+    errno = saved;
+}
+
+/* Calls mrt_show_progress from now on, each time that a period has passed; 0: no more. */
+static inline void mrt_set_timer(int milliseconds) {
+#ifdef SA_RESTART /* not with -std=c11, which is the C language alone */
+    struct sigaction action;
+    memset(&action, 0, sizeof action);
+    action.sa_handler = mrt_show_progress;
+    action.sa_flags = SA_RESTART;
+    sigaction(SIGALRM, &action, NULL);
+    struct itimerval timer;
+    memset(&timer, 0, sizeof timer);
+    timer.it_interval.tv_usec = milliseconds * 1000;
+    timer.it_value = timer.it_interval;
+    setitimer(ITIMER_REAL, &timer, NULL);
+#else
+    (void)milliseconds;
+    (void)mrt_show_progress;
+#endif
+}
+
+/* Calls raytrace; at a terminal, one sees how far it is. */
+static inline void mrt_raytrace(void) {
+    if (!isatty(STDERR_FILENO)) {
+        raytrace();
+        return;
+    }
+    for (int j = 0; j < HEIGHT; j++) {
+        output_image[j * WIDTH + WIDTH / 2] = vector_init(MRT_UNWRITTEN, 0.f, 0.f);
+    }
+    mrt_set_timer(500);
+    raytrace();
+    mrt_set_timer(0);
+    fputs("\r     \r", stderr);
+}
+
 /* ---- Writing pictures ----------------------------------------------------------------------- */
 
 /* A colour component as a byte: [0, 1] to 0..255, truncated; what is outside is clamped, NaN is 0. */
@@ -216,6 +279,11 @@ static inline int mrt_save_picture(const char *name, const color *img) {
                                   "cannot write the picture; choose another name or folder"),
                          why, name);
     }
+#ifdef MRT_PNG
+    printf("%s.ppm, %s.png : %d x %d\n", name, name, WIDTH, HEIGHT);
+#else
+    printf("%s.ppm : %d x %d\n", name, WIDTH, HEIGHT);
+#endif
     return MRT_OK;
 }
 
@@ -439,7 +507,7 @@ static inline int mrt_draw_scene(int number, const char *program) {
     if (mrt_scene_needs_texture() && mrt_load_texture(program) != MRT_OK) {
         return MRT_ERROR;
     }
-    raytrace();
+    mrt_raytrace();
     return MRT_OK;
 }
 

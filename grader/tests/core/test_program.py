@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import pty
+import signal
 import subprocess
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -30,6 +32,22 @@ int main(void) {
         fwrite(output_image, sizeof output_image, 1, stdout);
     }
     return 0;
+}
+"""
+# Draws half of the rows, and calls the timer itself, so that no clock has a say.
+HALF = r"""
+#undef main
+#undef raytrace
+#include "utils.h"
+void raytrace(void) {
+    for (int k = 0; k < WIDTH * (HEIGHT / 2); k++) {
+        output_image[k] = vector_init(0.f, 0.f, 0.f);
+    }
+    raise(SIGALRM);
+}
+int main(void) {
+    mrt_raytrace();
+    return mrt_save_picture("half", output_image);
 }
 """
 PRINTER = r"""
@@ -138,6 +156,36 @@ def test_threads_draw_the_same_picture(tmp_path: Path) -> None:
     threads = run([compile_program(tmp_path, "threads", *size, "-fopenmp")], tmp_path)
     assert len(alone) == 4 * 160 * 90 * 12
     assert threads == alone
+
+
+@pytest.fixture(scope="module")
+def half(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a program whose raytrace stops half-way to show how far it is."""
+    folder = tmp_path_factory.mktemp("half")
+    (folder / "driver.c").write_text(HALF, encoding="ascii")
+    size = ["-Dmain=program_main", "-Draytrace=other_raytrace", "-DWIDTH=64", "-DHEIGHT=36"]
+    return compile_program(folder, "half", "driver.c", *SOURCES, *size)
+
+
+def test_progress_is_shown_at_a_terminal(half: Path) -> None:
+    """And wiped away in the end; what is not drawn is black all the same."""
+    reading, writing = pty.openpty()
+    done = subprocess.run(
+        [half], cwd=half.parent, stdout=subprocess.PIPE, stderr=writing, timeout=60, check=True
+    )
+    os.close(writing)
+    shown = os.read(reading, 1000)
+    os.close(reading)
+    assert shown == b"\r 50 %\r     \r"
+    assert done.stdout == b"half.ppm : 64 x 36\n"
+    assert set((half.parent / "half.ppm").read_bytes()[len(b"P6\n64 36\n255\n") :]) == {0}
+
+
+def test_no_progress_where_nobody_looks(half: Path) -> None:
+    """In a pipe or a file there is nothing but the picture's name, and no timer is set."""
+    done = subprocess.run([half], cwd=half.parent, capture_output=True, timeout=60, check=False)
+    assert (done.stdout, done.stderr) == (b"", b"")
+    assert done.returncode == -signal.SIGALRM
 
 
 def test_vector_print(tmp_path: Path) -> None:

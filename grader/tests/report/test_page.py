@@ -114,11 +114,17 @@ def test_outcomes_are_words_and_signs(whole: Make) -> None:
 
 def test_hints_are_folded_until_they_are_asked_for(whole: Make) -> None:
     """Below the question, the more precise one first, with words for what is inside."""
-    html = whole("en")
-    folded = re.findall(r'<details class="more"><summary>([^<]*)</summary><p class="hint">', html)
-    assert folded[:2] == ["A hint", "The most direct hint"]
-    first = next(each for each in every_outcome("en")["checks"] if "hints" in each)
-    assert markup.typeset(first["hints"][0]["text"], "en") in html
+    hints = [{"level": 2, "text": "Look <here>."}, {"level": 3, "text": "Write that."}]
+    checks = [
+        {**each, "hints": hints} if each["outcome"] == "failed" else {**each, "hints": []}
+        for each in every_outcome("en")["checks"]
+    ]
+    html = whole("en", checks=checks)
+    folded = (
+        r'<details class="more"><summary>([^<]*)</summary><p class="hint">([^<]*)</p></details>'
+    )
+    wanted = [("A hint", "Look &lt;here&gt;."), ("The most direct hint", "Write that.")]
+    assert re.findall(folded, html) == wanted * sum(each["outcome"] == "failed" for each in checks)
 
 
 def test_what_a_submission_wrote_is_inert(whole: Make) -> None:
