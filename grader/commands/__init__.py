@@ -11,6 +11,7 @@ from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import Any
 
+from grader.build.room import require_room
 from grader.console import parser as usage
 from grader.console.parser import Parser, UsageError
 from grader.console.run import ExitCode, complain, run
@@ -73,6 +74,7 @@ def _grade(options: argparse.Namespace, texts: Texts) -> int:
     chosen = selection.choose(rules, options.tp, options.keyword)
     submission = read_submission(options.path, look_around=True)
     _verify_answers(options.expected)
+    require_room(options.build)
     drawn, cache = sizes_for(options.tp), options.build / "cache"
     with (
         _isolation(options.isolation) as isolation,

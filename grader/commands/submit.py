@@ -21,6 +21,7 @@ from pathlib import Path
 from grader.build import diagnostics
 from grader.build.builder import build
 from grader.build.records import BuildResult, BuildStatus, Target
+from grader.build.room import require_room
 from grader.console.run import ExitCode, run
 from grader.course import exercises
 from grader.course.message import UserError
@@ -177,6 +178,7 @@ def _authors(known: Authors, texts: Texts) -> Iterator[str]:
 def _compiles(submission: Submission, folder: Path, texts: Texts) -> Iterator[str]:
     """Say whether the files compile: what does not is sent all the same."""
     try:
+        require_room(folder)
         (result,) = build(submission, [TARGET], folder / "cache")
     except UserError as error:  # no compiler here, no room for its files
         yield error.sentence(texts)

@@ -26,6 +26,7 @@ from pathlib import Path
 from grader.setup.install import (
     ROOT,
     SetupError,
+    check_room,
     check_wheels,
     collect_wheels,
     explain,
@@ -144,13 +145,15 @@ def make(level: str, build: Path) -> Path:
 def fill(folder: Path, level: str) -> None:
     """Install a level's packages in a new environment, or in one of an earlier or lower level."""
     check_wheels()  # before anything is undone
+    stamped = read_stamp(folder).partition(" ")[0]
+    present = stamped if stamped in LEVELS and runs(folder) else ""
+    check_room(folder, level, present)
     tell(
         f"Préparation de l'environnement Python dans {folder} (une seule fois, une minute)…",
         f"Preparing the Python environment in {folder} (once only, a minute)…",
     )
-    stamped = read_stamp(folder).partition(" ")[0]
-    if stamped in LEVELS and runs(folder):
-        level = max(level, stamped, key=LEVELS.index)
+    if present:
+        level = max(level, present, key=LEVELS.index)
         (folder / STAMP).unlink()
     elif folder.exists():
         shutil.rmtree(folder)

@@ -19,6 +19,7 @@ from grader.setup.sentences import in_language, tell
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 INSTALL_SECONDS = 1800
+MEGABYTES = {"": 0, "grade": 150, "lab": 650, "dev": 1100}  # that an environment takes
 
 
 class SetupError(Exception):
@@ -97,6 +98,25 @@ def check_wheels() -> str:
     return wheels
 
 
+def check_room(folder: Path, level: str, present: str) -> None:
+    """Raise SetupError unless what an environment lacks, beyond the level present, has room."""
+    needed = MEGABYTES[level] - MEGABYTES[present]
+    free = shutil.disk_usage(folder.parent).free // 10**6
+    if free < needed:
+        raise SetupError(no_room(folder, needed, free))
+
+
+def no_room(folder: Path, needed: int, free: int | None = None) -> str:
+    """Return what is said when an environment does not fit: megabytes, and the cure."""
+    left = "" if free is None else in_language(f", il en reste {free}", f", {free} are left")
+    return in_language(
+        f"Plus de place pour {folder} (il faut {needed} Mo{left}). Faites de la place, ou donnez un"
+        " autre dossier : make BUILD=DOSSIER, ou un environnement prêt : make MRT_ENV=DOSSIER",
+        f"No space left for {folder} ({needed} MB are needed{left}). Make room, or give another"
+        " folder: make BUILD=DIR, or a ready environment: make MRT_ENV=DIR",
+    )
+
+
 def sources(level: str) -> list[str]:
     """Return the arguments of `pip install`: what to install, from where."""
     wheels = check_wheels()
@@ -132,12 +152,7 @@ def attempt(command: list[str]) -> str:
 def explain(folder: Path, problem: str) -> str:
     """Return an installer's failure with its cause and its cure for the person at the terminal."""
     if any(sign in problem for sign in ("No space left", "Disk quota", "Errno 28", "Errno 122")):
-        cure = in_language(
-            f"Plus de place pour {folder} (il faut 150 Mo). Faites de la place, ou donnez un autre"
-            " dossier : make BUILD=DOSSIER, ou un environnement prêt : make MRT_ENV=DOSSIER",
-            f"No space left for {folder} (150 MB are needed). Make room, or give another folder:"
-            " make BUILD=DIR, or a ready environment: make MRT_ENV=DIR",
-        )
+        cure = no_room(folder, MEGABYTES["grade"])
     else:
         cure = in_language(
             f"L'environnement Python n'a pas pu être préparé dans {folder} (la raison est"

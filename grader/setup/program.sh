@@ -22,6 +22,7 @@ SRC=${SRC%/}
 BUILD=${BUILD:-build}
 CC=${CC:-cc}
 PLATFORM=${PLATFORM:-$(uname -s)}
+NEEDED=20000 # kilobytes: of a full disk, compilers say that the sanitizers are not there
 
 # say FRENCH ENGLISH; at a terminal no word is cut at the end of a line.
 say() {
@@ -61,6 +62,10 @@ choose_flags() {
     mkdir -p "$BUILD" 2>/dev/null && [ -w "$BUILD" ] || fail \
         "Impossible d'écrire dans $BUILD. Donnez un dossier à vous : make BUILD=DOSSIER" \
         "Cannot write in $BUILD. Give a folder of yours: make BUILD=DIR"
+    free=$(df -Pk "$BUILD" 2>/dev/null | awk 'NR == 2 { print $4 }')
+    [ "${free:-$NEEDED}" -ge "$NEEDED" ] || fail \
+        "Plus de place pour $BUILD : il reste $((free / 1000)) Mo, il en faut $((NEEDED / 1000)). Faites de la place, ou donnez un dossier d'un autre disque : make BUILD=DOSSIER" \
+        "No space left for $BUILD: $((free / 1000)) MB are left, $((NEEDED / 1000)) are needed. Make room, or give a folder on another disk: make BUILD=DIR"
     flags="-std=gnu11 -g -Wall -Wextra -Wfatal-errors"
     for name in WIDTH HEIGHT SCENE_SIZE; do
         eval "value=\${$name:-}"

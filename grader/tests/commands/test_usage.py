@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
+import shutil
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from grader import commands
 from grader.console.parser import complaint, tp_number
+from grader.console.run import ExitCode
 from grader.course import settings
 from grader.course.texts import Texts
 from grader.tests.support.judging import judge, solution
@@ -77,3 +82,17 @@ def test_a_tp_that_is_not_open_is_neither_judged_nor_counted(
     every = settings.Course("fr", "c", (1,), count_closed=True)
     monkeypatch.setattr(settings, "load", lambda: every)
     assert {each.tp for each in judge(solution(), cache, keyword=keyword).values()} == {1, 5}
+
+
+def test_a_full_disk_is_told_before_anything_is_compiled(
+    submission: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One sentence with the room that there is, and 3: the machine's fault."""
+    usage = shutil.disk_usage(tmp_path)
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: usage._replace(free=7_900_000))
+    said = io.StringIO()
+    with contextlib.redirect_stderr(said):
+        words = ["grade", str(submission()), "--build", str(tmp_path / "not" / "there")]
+        assert commands.main([*words, "--lang", "en"]) == ExitCode.FAILED
+    assert said.getvalue().startswith(f"{tmp_path}: only 7 MB are left, and 50 are needed.")
+    assert not (tmp_path / "not").exists()

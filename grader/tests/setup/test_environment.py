@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -186,3 +187,24 @@ def test_full_disk_names_the_folder(monkeypatch: pytest.MonkeyPatch) -> None:
     for words in ("OSError: [Errno 28] No space left on device", "Disk quota exceeded"):
         told = install.explain(Path("/home/me/.venv"), words).splitlines()[-1]
         assert told.startswith("No space left for /home/me/.venv")
+
+
+def test_a_full_disk_is_seen_before_anything_is_downloaded(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What is there already counts; nothing is undone, and no installer is started."""
+    usage = shutil.disk_usage(tmp_path)
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: usage._replace(free=140 * 10**6))
+    monkeypatch.setattr(
+        environment, "installers", lambda: pytest.fail("an installer was asked for")
+    )
+    monkeypatch.setenv("MRT_LANG", "en")
+    folder = tmp_path / ".venv"
+    for level, needed in (("grade", 150), ("lab", 650)):
+        with pytest.raises(install.SetupError) as caught:
+            environment.fill(folder, level)
+        said = f"No space left for {folder} ({needed} MB are needed, 140 are left). Make room"
+        assert str(caught.value).startswith(said)
+    install.check_room(folder, "lab", "lab")
+    with pytest.raises(install.SetupError, match="500 MB are needed"):
+        install.check_room(folder, "lab", "grade")

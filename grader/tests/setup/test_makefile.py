@@ -247,6 +247,17 @@ def test_restore_that_cannot_write_changes_nothing(checkout: Path) -> None:
     assert listing(checkout) == before
 
 
+@pytest.mark.parametrize("target", ["mrt", "try"])
+def test_a_full_disk_is_told_as_such(project: Path, target: str) -> None:
+    """Before the compiler, which would say that the machine has no sanitizers."""
+    script(project / "bin" / "df", "echo header\necho disk 100 99 1500 99% /")
+    path = f"{project / 'bin'}:{os.environ['PATH']}"
+    done = run("make", target, cwd=project, PATH=path, MRT_LANG="en")
+    assert done.returncode != 0
+    said = "No space left for build: 1 MB are left, 20 are needed."
+    assert (done.stdout, done.stderr.splitlines()[0][: len(said)]) == ("", said)
+
+
 def test_mrt_that_fails_leaves_no_old_program(project: Path) -> None:
     """After an error the old program is gone: it must not pass for the new one."""
     assert run("make", "mrt", cwd=project).returncode == 0
@@ -410,7 +421,20 @@ def test_gdb_stops_at_the_function(project: Path) -> None:
 
 def test_debug_without_gdb_says_how_to_get_it(project: Path) -> None:
     """As a missing compiler does."""
-    tools = ("sh", "make", "cat", "mktemp", "mkdir", "rm", "cksum", "cut", "find", "basename")
+    tools = (
+        "sh",
+        "make",
+        "cat",
+        "mktemp",
+        "mkdir",
+        "rm",
+        "cksum",
+        "cut",
+        "find",
+        "basename",
+        "awk",
+        "df",
+    )
     for name in (*tools, "cc", "as", "ld", "python3", "uname"):
         if found := shutil.which(name):
             (project / "bin").mkdir(exist_ok=True)
