@@ -89,7 +89,8 @@ def check(student: Student, look: Callable[[Drawn], None]) -> None:
             if len(drawn) == 2 and np.array_equal(drawn[0].picture, drawn[1].picture):
                 raise second from None  # trace_ray is not called
             student.observations = noted
-            student.remarks.append(Message("note.probe"))
+            if isinstance(first, Wrong):
+                student.remarks.append(Message("note.probe"))
             raise first from None
 
 
