@@ -70,7 +70,7 @@ def test_a_fault_of_the_grader_is_a_failure(
     (task,) = tasks(1)
     monkeypatch.setattr(BuildFolder, "warm", lambda self: (self.folder / "left").touch())
 
-    def broken(*_: object) -> None:
+    def broken(*_: object, **__: object) -> None:
         raise RuntimeError("a bug")
 
     monkeypatch.setattr(grade_one, "run_checks", broken)
@@ -83,7 +83,7 @@ def test_a_fault_of_the_grader_is_a_failure(
 FREED = """
 import functools, gc, sys
 from pathlib import Path
-from grader.batch.grade_one import Place, grade
+from grader.batch.grade_one import BuildFolder, grade
 from grader.tests.batch import test_crew
 place, counts = BuildFolder(Path(sys.argv[1])), []
 for task in test_crew.first_tps(4):
