@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -22,6 +23,10 @@ ROOT = PACKAGE.parent
 CORE = ROOT / "core_c"
 MANIFEST = PACKAGE / "course" / "exercises.toml"
 EXPECTED = ROOT / "reference" / "expected"  # the course's own expected data
+
+
+# The ids that todo_note in core_c/scene.c has a byte for.
+_ID = re.compile(r"TP[1-8]\.B?[1-7]")
 
 
 class ManifestError(GraderError):
@@ -197,7 +202,7 @@ def _verify(manifest: Manifest, path: Path) -> None:
     ids = [each.id for each in manifest.exercises]
     checks = [check for each in manifest.exercises for check in each.checks]
     known = {check.id for check in checks}
-    wrong = [each for each in ids if ids.count(each) > 1]
+    wrong = [each for each in ids if ids.count(each) > 1 or not _ID.fullmatch(each)]
     wrong += [name for each in manifest.exercises for name in each.depends if name not in ids]
     wrong += [check.twin for check in checks if check.twin and check.twin not in known]
     wrong += [name for check in checks for name in check.needs if name not in ids]
@@ -213,4 +218,5 @@ def _verify(manifest: Manifest, path: Path) -> None:
     if len(known) != len(checks):
         wrong.append("a check stands twice")
     if wrong:
-        raise ManifestError(f"{path.name}: unknown or repeated: {', '.join(wrong)}")
+        what = "unknown, repeated, or no id from TP1.1 to TP8.7 and TP8.B7"
+        raise ManifestError(f"{path.name}: {what}: {', '.join(wrong)}")

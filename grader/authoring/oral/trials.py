@@ -257,5 +257,5 @@ def _changed(before: Image, after: Image) -> float:
 
 def is_begun(checks: Sequence[CheckResult]) -> bool:
     """Say whether an exercise is written, and came back from its calls."""
-    bad = (Outcome.TODO, Outcome.BLOCKED, Outcome.ERROR, Outcome.CRASHED, Outcome.TIMEOUT)
-    return not any(each.outcome in bad for each in checks)
+    bad = (Outcome.TODO, Outcome.ERROR, Outcome.CRASHED, Outcome.TIMEOUT)
+    return not any(each.outcome in bad or each.waits_for for each in checks)

@@ -162,7 +162,7 @@ def with_bank(folder: Path, names: list[str]) -> Path:
 
 ONE = seen(FLAT, "scene1.flat", "a", "b")
 OTHER = seen(ALSO_FLAT, "scene4.flat", "b", "c")
-PASSED, FAILED = Finding(DISTANCE, "", Outcome.PASSED), Finding(DISTANCE, "", Outcome.TODO)
+PASSED, UNJUDGED = Finding(DISTANCE, "", Outcome.PASSED), Finding(DISTANCE, "", Outcome.ERROR)
 
 
 @pytest.mark.parametrize(
@@ -174,7 +174,7 @@ PASSED, FAILED = Finding(DISTANCE, "", Outcome.PASSED), Finding(DISTANCE, "", Ou
         ((seen(FLAT, "scene1.flat", "a", "b", "c", "d"),), ()),  # too many
         ((ONE, PASSED), ()),  # where each of them would have failed
         ((ONE, replace(PASSED, through=("TP2.1",))), ("a", "b")),
-        ((ONE, FAILED), ("a", "b")),
+        ((ONE, UNJUDGED), ("a", "b")),
         ((replace(ONE, outcome=Outcome.PASSED),), ()),
     ],
 )

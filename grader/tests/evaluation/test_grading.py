@@ -234,6 +234,16 @@ def test_a_manifest_with_an_unknown_twin_is_refused(tmp_path: Path) -> None:
         load(path)
 
 
+@pytest.mark.parametrize("name", ["TP1.8", "TP9.1", "TP1.B8", "TP1.06"])
+def test_an_id_that_has_no_marker_is_refused(tmp_path: Path, name: str) -> None:
+    """MRT_TODO knows seven exercises and seven bonuses in each of eight TPs."""
+    text = exercises.MANIFEST.read_text(encoding="utf-8")
+    path = tmp_path / "exercises.toml"
+    path.write_text(text.replace('id = "TP1.6"', f'id = "{name}"'), encoding="utf-8")
+    with pytest.raises(ManifestError, match=re.escape(name)):
+        load(path)
+
+
 def checks_in_the_tests() -> dict[str, str]:
     """Return the first line of each check's docstring, by the id of its marker."""
     found: dict[str, str] = {}
