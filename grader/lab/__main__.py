@@ -6,19 +6,20 @@ changed. Nothing is fetched from the network.
 
 from __future__ import annotations
 
-import argparse
 import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from grader.console.parser import Parser, tp_number
 from grader.course import exercises as manifest
 from grader.course.exercises import CORE, ROOT
 from grader.course.texts import preferred
 from grader.lab.display import store
 from grader.lab.display.links import graded, outputs
-from grader.lab.display.words import say
+from grader.lab.display.words import say, texts
+from grader.lab.server import serve
 
 FIRST = "00"
 SETTINGS: dict[str, dict[str, Any]] = {
@@ -31,12 +32,12 @@ SIZES = [0.58, 0.42]  # of the window: notebook, C file
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Become JupyterLab on the notebook of a TP, or on the next one.
+    """Run JupyterLab on the notebook of a TP, or on the next one.
 
-    Raises SystemExit with a sentence when it cannot be.
+    Raises SystemExit, with a sentence when it cannot be.
     """
-    parser = argparse.ArgumentParser(prog="python -m grader.lab")
-    parser.add_argument("--tp", type=int, choices=sorted(manifest.load().tps))
+    parser = Parser(texts=texts(), prog="python -m grader.lab")
+    parser.add_argument("--tp", type=tp_number, choices=sorted(manifest.load().tps))
     parser.add_argument("--no-browser", action="store_true")
     asked = parser.parse_args(arguments)
     tp = asked.tp or _next_tp()
@@ -47,11 +48,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
     try:
         name = write_workspace(home, notebook, _source(tp))
         write_settings(home)
+        quiet = asked.no_browser or not _has_display()
+        line = command(ROOT, name, quiet)
+        os.chdir(ROOT)
+        log, path = home.parent / "jupyter.log", f"lab/workspaces/{name}"
+        sys.exit(serve(line, environment(home), log, path, quiet=quiet))
     except OSError as error:
         sys.exit(say("cannot_open", path=error.filename, error=error.strerror))
-    line = command(ROOT, name, asked.no_browser or not _has_display())
-    os.chdir(ROOT)
-    os.execve(line[0], line, environment(home))  # Ctrl+C goes to JupyterLab itself
 
 
 def environment(home: Path) -> dict[str, str]:
@@ -115,6 +118,7 @@ def command(root: Path, workspace: str, quiet: bool) -> list[str]:
         f"--ServerApp.root_dir={root}",
         f"--LabApp.default_url=/lab/workspaces/{workspace}",
         "--LabApp.extension_manager=readonly",
+        "--ServerApp.answer_yes=True",  # Ctrl+C once is enough: what is open is saved
     ]
     if quiet:
         options.append("--no-browser")

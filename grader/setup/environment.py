@@ -39,6 +39,7 @@ from grader.setup.sentences import in_language, tell
 LEVELS = ("grade", "lab", "dev")
 STAMP = "mrt-stamp"
 LOCK_SECONDS = 1800
+_MINUTES = ("600 Mo, quelques minutes", "600 MB, a few minutes")  # of notebooks
 
 
 def stamp_text(level: str) -> str:
@@ -148,9 +149,10 @@ def fill(folder: Path, level: str) -> None:
     stamped = read_stamp(folder).partition(" ")[0]
     present = stamped if stamped in LEVELS and runs(folder) else ""
     check_room(folder, level, present)
+    minutes = in_language(*(("une minute", "a minute") if level == "grade" else _MINUTES))
     tell(
-        f"Préparation de l'environnement Python dans {folder} (une seule fois, une minute)…",
-        f"Preparing the Python environment in {folder} (once only, a minute)…",
+        f"Préparation de l'environnement Python dans {folder} (une seule fois, {minutes})…",
+        f"Preparing the Python environment in {folder} (once only, {minutes})…",
     )
     if present:
         level = max(level, present, key=LEVELS.index)

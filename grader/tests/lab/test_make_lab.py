@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
+import os
+import signal
+import sys
 from pathlib import Path
 
 import pytest
 
 from grader.course.exercises import ROOT
-from grader.lab import __main__
+from grader.lab import __main__, server
 
 
 def test_notebook_and_c_file_stand_side_by_side(tmp_path: Path) -> None:
@@ -74,3 +77,68 @@ def test_a_missing_notebook_and_a_closed_folder(
     monkeypatch.setenv("BUILD", str(tmp_path / "file"))
     with pytest.raises(SystemExit, match="make lab BUILD="):
         __main__.main(["--tp", "1"])
+
+
+# Stands for JupyterLab: says much, and where it answers, as it does.
+LAB = """
+import json, os, pathlib, sys
+print("[I 2026 ServerApp] many words")
+place = pathlib.Path(os.environ["JUPYTER_RUNTIME_DIR"])
+place.mkdir(parents=True)
+known = {"url": "http://localhost:8890/", "token": "abc"}
+(place / f"jpserver-{os.getpid()}.json").write_text(json.dumps(known))
+sys.exit(4)
+"""
+
+
+def served(
+    code: str, folder: Path, capsys: pytest.CaptureFixture[str], *, quiet: bool = False
+) -> tuple[int, str]:
+    """Run what stands for JupyterLab; return its exit code and what is told."""
+    environment = {**os.environ, "JUPYTER_RUNTIME_DIR": str(folder / "runtime")}
+    before = [signal.getsignal(each) for each in (signal.SIGINT, signal.SIGTERM)]
+    try:
+        line = [sys.executable, "-c", code]
+        ended = server.serve(line, environment, folder / "log", "lab/x", quiet=quiet)
+    finally:
+        for each, handler in zip((signal.SIGINT, signal.SIGTERM), before, strict=True):
+            signal.signal(each, handler)
+    return ended, capsys.readouterr().out
+
+
+@pytest.mark.parametrize("quiet", [False, True])
+def test_the_terminal_has_the_address_and_how_to_stop(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], quiet: bool
+) -> None:
+    """In the person's language, and not a word of JupyterLab's, which a file keeps."""
+    wait = "import time\ntime.sleep(1)\nsys.exit(4)"  # until it was seen
+    code, said = served(LAB.replace("sys.exit(4)", wait), tmp_path, capsys, quiet=quiet)
+    lines = said.splitlines()
+    assert code == 4
+    assert lines[0].startswith("Préparation des carnets")
+    assert ("votre navigateur" in lines[1]) is not quiet
+    assert lines[2:] == [
+        "  http://localhost:8890/lab/x?token=abc",
+        "Pour arrêter : Ctrl+C ici.",
+        "Carnets fermés.",
+    ]
+    assert "many words" in (tmp_path / "log").read_text(encoding="utf-8")
+
+
+def test_a_lab_that_does_not_start_says_why(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """With the last lines, and where the others are."""
+    code, said = served("raise SystemExit('no such port')", tmp_path, capsys)
+    assert code == 1
+    assert f"{tmp_path / 'log'}" in said
+    assert said.endswith("\n  no such port\n")
+
+
+def test_a_lab_that_is_stopped_at_once_is_no_failure(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Ctrl+C before it answers ends both."""
+    stop = "import os, signal; os.kill(os.getppid(), signal.SIGINT); raise SystemExit(1)"
+    code, said = served(stop, tmp_path, capsys)
+    assert (code, said.splitlines()[1:]) == (0, ["Carnets fermés."])
