@@ -20,7 +20,9 @@ from grader.sandbox import tools
 from grader.sandbox.budget import Budget
 from grader.sandbox.tools import OUT_OF_TIME, ToolResult, give_away, run_tool, take_back
 
-_POSITION = re.compile(r":\d+:|undefined|multiple definition")  # where, or in what, an error is
+_POSITION = re.compile(
+    r":\d+:|undefined|not defined|multiple definition"
+)  # where, or in what, an error is
 _INTERNAL_ERROR = 4  # gcc's status for a fault of its own: most often one of our limits
 
 

@@ -8,9 +8,9 @@ back as the grader will read it before it takes its name.
 
 from __future__ import annotations
 
-import argparse
 import io
 import json
+import re
 import time
 import zipfile
 from collections.abc import Iterator, Mapping, Sequence
@@ -22,8 +22,9 @@ from grader.build import diagnostics
 from grader.build.builder import build
 from grader.build.records import BuildResult, BuildStatus, Target
 from grader.build.room import require_room
+from grader.console.parser import Parser
 from grader.console.run import ExitCode, run
-from grader.course import exercises
+from grader.course import exercises, settings
 from grader.course.message import UserError
 from grader.course.texts import Texts, preferred
 from grader.evaluation import remarks
@@ -33,6 +34,9 @@ from grader.intake.records import Submission
 from grader.intake.submission import read_submission
 
 TARGET = Target(320, 180)
+MAX_NAMED = 4  # functions that are not there
+# Comments and strings.
+_NO_CODE = re.compile(r'//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"', re.DOTALL)
 
 
 class HandinError(UserError):
@@ -93,18 +97,20 @@ def submit(
     yield from _authors(parcel.authors, texts)
     if not parcel.authors.people and not force:
         raise HandinError("submit.nobody", name=authors.NAME)
-    yield from _compiles(parcel.submission, folder, texts)
+    result = _built(parcel.submission, folder)
+    yield from _compiles(parcel.submission, result, texts)
     yield from _mark(parcel, folder, texts)
     label = parcel.authors.label or texts.say("submit.neutral")
-    path = out / f"submission-{label}.zip"
-    content = packed(parcel)
+    path = out / texts.say("submit.name", label=label)
+    older = path.with_suffix(f".{texts.say('submit.before')}.zip")
     try:
-        older = _place(path, content)
+        is_kept = _place(path, packed(parcel), older)
     except OSError as error:
         raise HandinError("submit.cannot_write", path=path, error=error.strerror) from error
-    if older:
+    if is_kept:
         yield texts.say("submit.older", older=older.name)
-    yield texts.say("submit.done", path=path)
+    lacks = texts.say("submit.and").join(_lacks(parcel.submission, result, texts))
+    yield texts.say("submit.done_but" if lacks else "submit.done", path=path, lacks=lacks)
 
 
 def packed(parcel: Parcel) -> bytes:
@@ -124,22 +130,20 @@ def _date(modified: float) -> tuple[int, int, int, int, int, int]:
     return moment[:6] if 1980 <= moment.tm_year <= 2107 else (1980, 1, 1, 0, 0, 0)
 
 
-def _place(path: Path, content: bytes) -> Path | None:
-    """Write the archive under its name; return where an older one of that name was put."""
-    part, older = path.with_name(f".{path.name}.part"), None
+def _place(path: Path, content: bytes, older: Path) -> bool:
+    """Write the archive under its name; say whether another one of that name was put aside."""
+    part = path.with_name(f".{path.name}.part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         part.write_bytes(content)
         _read_back(part)
-        if path.exists() and path.read_bytes() != content:
-            number = 1
-            while path.with_suffix(f".{number}.zip").exists():
-                number += 1
-            older = path.rename(path.with_suffix(f".{number}.zip"))
+        is_other = path.exists() and path.read_bytes() != content
+        if is_other:
+            path.replace(older)
         part.replace(path)
     finally:
         part.unlink(missing_ok=True)
-    return older
+    return is_other
 
 
 def _read_back(path: Path) -> None:
@@ -175,19 +179,55 @@ def _authors(known: Authors, texts: Texts) -> Iterator[str]:
             yield texts.say("submit.mend", file=authors.NAME, problem=said)
 
 
-def _compiles(submission: Submission, folder: Path, texts: Texts) -> Iterator[str]:
-    """Say whether the files compile: what does not is sent all the same."""
+def _built(submission: Submission, folder: Path) -> BuildResult | UserError:
+    """Build the files; without a compiler here, or room for what it makes, return that error."""
     try:
         require_room(folder)
         (result,) = build(submission, [TARGET], folder / "cache")
-    except UserError as error:  # no compiler here, no room for its files
-        yield error.sentence(texts)
+    except UserError as error:
+        return error
+    return result
+
+
+def _compiles(
+    submission: Submission, result: BuildResult | UserError, texts: Texts
+) -> Iterator[str]:
+    """Say whether the files compile: what does not is sent all the same."""
+    if isinstance(result, UserError):
+        yield result.sentence(texts)
         return
     yield from remarks.notes(submission, [result], True, texts)
     if result.status is BuildStatus.BUILT and not (result.rejected or result.linker):
         yield texts.say("submit.compiles")
     for name, words in _errors(result):
         yield texts.say("submit.not_compiled", name=name, error=words)
+
+
+def _lacks(submission: Submission, result: BuildResult | UserError, texts: Texts) -> Iterator[str]:
+    """Say in a few words each what keeps the files from being judged whole."""
+    if submission.missing:
+        yield texts.say("submit.no_file", names=", ".join(submission.missing))
+    if isinstance(result, BuildResult) and (broken := [name for name, _ in _errors(result)]):
+        yield texts.say("submit.no_build", names=", ".join(broken))
+    if functions := missing_functions(submission):
+        named = ", ".join(functions[:MAX_NAMED])
+        key = "submit.no_function" if len(functions) <= MAX_NAMED else "submit.no_functions"
+        yield texts.say(key, names=named, count=len(functions) - MAX_NAMED)
+
+
+def missing_functions(submission: Submission) -> list[str]:
+    """Return the functions of open TPs that no file defines any more: renamed, or deleted."""
+    text = "\n".join(each.decode(errors="replace") for each in submission.files.values())
+    code = _NO_CODE.sub(" ", text)
+    opened = settings.load().opened
+    names = [
+        name
+        for each in exercises.load().exercises
+        if each.tp in opened and each.file not in submission.missing
+        for name in each.functions
+    ]
+    wanted = ("main", *dict.fromkeys(names))
+    return [name for name in wanted if not re.search(rf"\b{name}\s*\([^;{{}}]*\)\s*{{", code)]
 
 
 def _errors(result: BuildResult) -> Iterator[tuple[str, str]]:
@@ -216,10 +256,9 @@ def _mark(parcel: Parcel, folder: Path, texts: Texts) -> Iterator[str]:
         yield texts.say("submit.not_graded")
 
 
-def _parser(texts: Texts) -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="python -m grader submit", description=texts.say("submit.description")
-    )
+def _parser(texts: Texts) -> Parser:
+    description = texts.say("submit.description")
+    parser = Parser(texts=texts, prog="python -m grader submit", description=description)
 
     def add(name: str, default: Path, key: str) -> None:
         parser.add_argument(

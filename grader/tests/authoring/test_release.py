@@ -325,7 +325,7 @@ def test_the_solution_has_every_point_without_the_reference(place: Path) -> None
     authors.write_text("Nom : Lovelace, Ada, 21905678\nGroupe : B2\n", encoding="utf-8")
     said = make(place, "submit")
     assert "Total provisoire de ces fichiers : 100 / 100." in said
-    make(place, "grade", "SUBMISSION=submission-Lovelace.zip", "K=fill_red")
+    make(place, "grade", "SUBMISSION=rendu-Lovelace.zip", "K=fill_red")
     results = place / "build" / "grade" / "partial" / "results.json"
     assert json.loads(results.read_text(encoding="utf-8"))["score"] == 2
 

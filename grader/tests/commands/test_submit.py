@@ -13,11 +13,14 @@ import pytest
 
 from grader.build.builder import BuildError
 from grader.commands import submit
+from grader.course import exercises
+from grader.intake.records import Submission
 from grader.intake.submission import read_submission
 
 Write = Callable[..., Path]
 Hand = Callable[..., tuple[int, list[str], list[str]]]
 AUTHORS = "Nom, Prénom, numéro : Lovelace, Ada, 21905678\nGroupe : B2\n"
+STUBS = ("raytracer.c", "octree.c")
 MAIN_TIME = 1_700_000_000
 
 
@@ -45,8 +48,10 @@ def hand(
 @pytest.fixture
 def work(submission: Write) -> Path:
     """Write what a student may have in core_c/, their own files and others."""
+    stubs = {name: (exercises.CORE / name).read_text(encoding="utf-8") for name in STUBS}
     return submission(
         files={
+            **stubs,
             "AUTEURS.txt": AUTHORS,
             "bvh.c": '#include "raytracer.h"\n',
             "my_tests.c": "int main(void) { return 0; }\n",
@@ -62,7 +67,7 @@ def test_just_the_students_files_are_sent(work: Path, hand: Hand, tmp_path: Path
     os.utime(work / "main.c", (MAIN_TIME, MAIN_TIME))
     code, said, errors = hand(work)
     assert (code, errors) == (0, [])
-    path = tmp_path / "out" / "submission-Lovelace.zip"
+    path = tmp_path / "out" / "rendu-Lovelace.zip"
     names = ["main.c", "raytracer.c", "raytracer.h", "octree.c", "bvh.c"]
     with zipfile.ZipFile(path) as archive:
         assert sorted(archive.namelist()) == sorted([*names, "AUTEURS.txt"])
@@ -88,7 +93,7 @@ def test_just_the_students_files_are_sent(work: Path, hand: Hand, tmp_path: Path
 def test_the_grader_takes_the_archive(work: Path, hand: Hand, tmp_path: Path) -> None:
     """What is read back is what the folder holds, file by file."""
     assert hand(work)[0] == 0
-    sent = read_submission(tmp_path / "out" / "submission-Lovelace.zip")
+    sent = read_submission(tmp_path / "out" / "rendu-Lovelace.zip")
     here = read_submission(work)
     assert (sent.files, sent.missing, sent.refused) == (here.files, (), ())
 
@@ -119,7 +124,7 @@ def test_nobody_named_is_refused_kindly(work: Path, hand: Hand, tmp_path: Path) 
     (work / "AUTEURS.txt").unlink()
     assert hand(work)[0] == 2
     assert hand(work, "--force")[0] == 0
-    assert [path.name for path in (tmp_path / "out").iterdir()] == ["submission-sans-nom.zip"]
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["rendu-sans-nom.zip"]
 
 
 def test_what_is_doubtful_in_the_names_is_told(work: Path, hand: Hand) -> None:
@@ -130,22 +135,62 @@ def test_what_is_doubtful_in_the_names_is_told(work: Path, hand: Hand) -> None:
     assert "AUTEURS.txt : ligne 1, il manque le numéro de Ada Lovelace." in said
 
 
-def test_an_older_archive_is_kept(work: Path, hand: Hand, tmp_path: Path) -> None:
-    """Each other content gets the name, and the older ones a number; the same is written once."""
+def test_archives_do_not_pile_up(work: Path, hand: Hand, tmp_path: Path) -> None:
+    """The last one has the name; the one before is kept, once; the same content is written once."""
     contents = []
     for text in ("/* 1 */\n", "/* 2 */\n", "/* 2 */\n", "/* 3 */\n"):
         (work / "bvh.c").write_text(text, encoding="utf-8")
         os.utime(work / "bvh.c", (MAIN_TIME, MAIN_TIME))
         code, said, _ = hand(work)
         assert code == 0
-        contents.append((tmp_path / "out" / "submission-Lovelace.zip").read_bytes())
-    assert "Une archive du même nom existait : elle s'appelle maintenant" in said[-2]
+        contents.append((tmp_path / "out" / "rendu-Lovelace.zip").read_bytes())
+    assert said[-2] == "L'archive d'avant est gardée, une seule fois : rendu-Lovelace.avant.zip."
     found = {path.name: path.read_bytes() for path in (tmp_path / "out").iterdir()}
     assert found == {
-        "submission-Lovelace.1.zip": contents[0],
-        "submission-Lovelace.2.zip": contents[1],
-        "submission-Lovelace.zip": contents[3],
+        "rendu-Lovelace.avant.zip": contents[1],
+        "rendu-Lovelace.zip": contents[3],
     }
+
+
+def test_an_archive_has_a_name_in_the_language(
+    work: Path, hand: Hand, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Either is read alike, and git leaves both alone."""
+    assert hand(work)[0] == 0
+    monkeypatch.setenv("MRT_LANG", "en")
+    assert hand(work)[0] == 0
+    paths = [tmp_path / "out" / f"{name}-Lovelace.zip" for name in ("rendu", "submission")]
+    first, second = (read_submission(path) for path in paths)
+    assert first.files == second.files
+    ignored = (exercises.ROOT / ".gitignore").read_text(encoding="utf-8").splitlines()
+    assert {"/rendu-*.zip", "/submission-*.zip"} <= {*ignored}
+
+
+def test_the_last_line_says_what_is_missing(work: Path, hand: Hand) -> None:
+    """A renamed function, a file that does not compile, one that is not there; all at once."""
+    assert hand(work)[1][-1].endswith("est prête. C'est ce fichier que vous déposez.")
+    main = (work / "main.c").read_text(encoding="utf-8")
+    (work / "main.c").write_text(main.replace("void fill_red(", "void paint("), encoding="utf-8")
+    (work / "bvh.c").write_text("int broken( {\n", encoding="utf-8")
+    (work / "octree.c").unlink()
+    code, said, _ = hand(work)
+    assert code == 0
+    lacks = "pas de octree.c ; bvh.c ne compile pas ; pas de fonction fill_red (renommée"
+    assert f"il y manque quelque chose : {lacks}" in said[-1]
+    (work / "raytracer.c").write_text('#include "raytracer.h"\n', encoding="utf-8")
+    more = "pas de fonctions fill_red, camera_ray, raytrace, intersect_plane, et 18 autres"
+    assert more in hand(work)[1][-1]
+
+
+@pytest.mark.parametrize("folder", ["reference", "core_c"])
+def test_no_function_is_missed_where_all_are(folder: str) -> None:
+    """However they are written; a name in a comment, a call or a prototype is no function."""
+    assert submit.missing_functions(read_submission(exercises.ROOT / folder)) == []
+    text = "void f(void) { fill(0); }\n/* void fill(int x) { } */\nvoid fill(int);\n"
+    text += 'char *s = "fill() {";'
+    known = submit.missing_functions(Submission("x", {"main.c": text.encode()}, ("octree.c",)))
+    assert "fill" in known
+    assert not {"octree_build", "f"} & {*known}
 
 
 def test_files_that_do_not_compile_are_sent_all_the_same(work: Path, hand: Hand) -> None:
@@ -188,7 +233,7 @@ def test_a_machine_without_compiler_stops_nobody(
     ("words", "message"),
     [
         (["--source", "nowhere"], "Le dossier nowhere n'existe pas."),
-        (["--out", "/proc/no"], "/proc/no/submission-Lovelace.zip : écriture impossible"),
+        (["--out", "/proc/no"], "/proc/no/rendu-Lovelace.zip : écriture impossible"),
     ],
 )
 def test_wrong_places_are_told(work: Path, hand: Hand, words: list[str], message: str) -> None:
@@ -201,7 +246,7 @@ def test_wrong_places_are_told(work: Path, hand: Hand, words: list[str], message
 def test_an_archive_cannot_be_handed_in_again(work: Path, hand: Hand, tmp_path: Path) -> None:
     """The source is a folder: an archive given by mistake is named."""
     hand(work)
-    code, _, errors = hand(work, "--source", str(tmp_path / "out" / "submission-Lovelace.zip"))
+    code, _, errors = hand(work, "--source", str(tmp_path / "out" / "rendu-Lovelace.zip"))
     assert (code, len(errors)) == (2, 1)
     assert "n'est pas un dossier" in errors[0]
 
@@ -211,6 +256,6 @@ def test_dates_that_no_zip_can_hold(work: Path, hand: Hand, tmp_path: Path) -> N
     os.utime(work / "main.c", (0, 0))
     os.utime(work / "octree.c", (6e9, 6e9))
     assert hand(work)[0] == 0
-    with zipfile.ZipFile(tmp_path / "out" / "submission-Lovelace.zip") as archive:
+    with zipfile.ZipFile(tmp_path / "out" / "rendu-Lovelace.zip") as archive:
         years = [archive.getinfo(name).date_time[0] for name in ("main.c", "octree.c")]
     assert years == [1980, 1980]
