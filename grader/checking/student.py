@@ -24,7 +24,7 @@ from grader.course import exercises, sizes
 from grader.course.message import Message
 from grader.execution import death_messages
 from grader.execution.libraries import LibrarySet
-from grader.execution.records import Cause, Death
+from grader.execution.records import OUT_OF_TIME, Death
 from grader.execution.session import Address, Died, Library, Limits, Session
 
 # With what checks need of compare.py.
@@ -171,7 +171,7 @@ class Student:
         try:
             return act()
         except Died as error:
-            if error.death.cause is Cause.TIMEOUT:
+            if error.death.cause in OUT_OF_TIME:
                 self._libraries.stuck[name] = error.death
             case = error.death.case
             raise self._fatal(error.death, call(case), program(case)) from error
@@ -203,7 +203,7 @@ class Student:
         try:
             return stack.enter_context(core.session(limits))
         except Died as error:
-            if error.death.cause is Cause.TIMEOUT:
+            if error.death.cause in OUT_OF_TIME:
                 self._libraries.stuck[_LOADING] = error.death
             raise
 

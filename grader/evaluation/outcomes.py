@@ -8,7 +8,7 @@ from grader.course.message import Message
 from grader.evaluation.records import Outcome
 from grader.execution import death_messages
 from grader.execution.libraries import NotBuilt
-from grader.execution.records import Cause, Death
+from grader.execution.records import OUT_OF_TIME, Cause, Death
 from grader.execution.worker_process import Died, Missing
 
 
@@ -38,5 +38,5 @@ def was_killed(error: Exception | None) -> bool:
 
 
 def _death(death: Death, call: str, location: str) -> tuple[Outcome, Message, str]:
-    outcome = Outcome.TIMEOUT if death.cause is Cause.TIMEOUT else Outcome.CRASHED
+    outcome = Outcome.TIMEOUT if death.cause in OUT_OF_TIME else Outcome.CRASHED
     return outcome, death_messages.message(death, call), location

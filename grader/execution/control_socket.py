@@ -8,16 +8,14 @@ from __future__ import annotations
 import contextlib
 import os
 import socket
-import struct
 import threading
 import time
 from collections.abc import Iterator, Sequence
 from typing import IO, Any
 
-from grader.execution.session_socket import ANSWER_SECONDS, MAX_TEXT, MachineError, printable
+from grader.execution.session_report import MAX_TEXT, printable
+from grader.execution.session_socket import ANSWER_SECONDS, MachineError, ask_for_sender, sender
 from grader.worker import frames
-
-_CREDENTIALS = struct.Struct("3i")  # process, user, group
 
 
 class ControlSocket:
@@ -28,8 +26,7 @@ class ControlSocket:
         self._busy = threading.Lock()
         self._cut_short = False  # by an exception: what is on the way belongs to nobody
         self._pid: int | None = None
-        if hasattr(socket, "SO_PASSCRED"):
-            sock.setsockopt(socket.SOL_SOCKET, socket.SO_PASSCRED, 1)
+        ask_for_sender(sock)
 
     def pid(self) -> int:
         """Wait for the worker; return its number as seen from here, 0 if this system hides it.
@@ -40,7 +37,7 @@ class ControlSocket:
             if self._pid is None:
                 try:
                     self._sock.settimeout(ANSWER_SECONDS)
-                    pid = _sender(self._sock)
+                    pid = sender(self._sock)
                     self._read(0)
                 except (OSError, EOFError, ValueError) as error:
                     raise self.failure("it does not start", error) from error
@@ -94,15 +91,3 @@ class ControlSocket:
     def _read(self, size: int) -> bytes:
         deadline = time.monotonic() + ANSWER_SECONDS
         return frames.Reader(self._sock, ahead=0).frame(size, deadline)[1]
-
-
-def _sender(sock: socket.socket) -> int:
-    """Return the number of the process at the other end, once it has written; 0 if unknown."""
-    if not hasattr(socket, "SCM_CREDENTIALS"):
-        return 0
-    room = socket.CMSG_SPACE(_CREDENTIALS.size)
-    _, ancillary, _, _ = sock.recvmsg(1, room, socket.MSG_PEEK)
-    for level, kind, data in ancillary:
-        if (level, kind) == (socket.SOL_SOCKET, socket.SCM_CREDENTIALS):
-            return int(_CREDENTIALS.unpack(data[: _CREDENTIALS.size])[0])
-    return 0

@@ -100,6 +100,8 @@ def shown(death: Death, own: Collection[str], others: Collection[str]) -> str:
 
 
 def _key(death: Death) -> str:
+    if death.cause is Cause.SPENT:
+        return f"death.spent_{death.word}"
     if death.cause is not Cause.SIGNAL:
         return f"death.{death.cause.value}"
     if death.word.startswith(_RUNTIME):

@@ -29,6 +29,7 @@ from grader.execution.records import Death
 from grader.execution.worker_process import WorkerProcess, start_worker
 from grader.intake import originals
 from grader.intake.records import Submission
+from grader.sandbox.budget import Budget
 
 if TYPE_CHECKING:
     from grader.execution.session import Library
@@ -77,6 +78,7 @@ class _LibrarySet:
         sized: Mapping[Size, Make],
         plain: Make,
         counted: Make,
+        budget: Budget,
         probed: Callable[[Size], BuildResult] | None = None,
     ) -> None:
         """Libraries without a probe are those in which functions of the reference stand."""
@@ -84,6 +86,7 @@ class _LibrarySet:
         self.is_mixed = probed is None
         self._probed = probed
         self._sized, self._plain, self._counted = sized, plain, counted
+        self._budget = budget
         self._cores: dict[str, Library] = {}
         self._workers: dict[str, WorkerProcess] = {}
         self._stack = ExitStack()
@@ -92,7 +95,8 @@ class _LibrarySet:
     def start(self, preload: str) -> WorkerProcess:
         """Return the worker in which that is loaded before everything else."""
         if preload not in self._workers:
-            self._workers[preload] = self._stack.enter_context(start_worker(preload))
+            worker = start_worker(preload, self._budget)
+            self._workers[preload] = self._stack.enter_context(worker)
         return self._workers[preload]
 
     def close(self) -> None:
@@ -149,7 +153,10 @@ class Libraries:
         self.submission = submission
         self._folder = folder  # of what is made
         self._stack = ExitStack()
-        self._builder = self._stack.enter_context(Builder(submission, folder, compiler))
+        self.budget = Budget()
+        self._builder = self._stack.enter_context(
+            Builder(submission, folder, compiler, self.budget)
+        )
         self._flags = flags
         self._begun: dict[Target, Future[Built]] = {}
         self._beginning = threading.Lock()
@@ -166,6 +173,7 @@ class Libraries:
             {size: partial(_result, partial(self._sized, size)) for size in self._drawn},
             partial(_result, self._plain),
             partial(_result, self._counted),
+            self.budget,
             cache(self._probed),
         )
         self._stack.callback(self._set.close)
@@ -249,7 +257,7 @@ class Libraries:
                 return cache(make)
 
             sized = {size: mix(partial(self._sized, size)) for size in self._drawn}
-            mixed = _LibrarySet(sized, mix(self._plain), mix(self._counted))
+            mixed = _LibrarySet(sized, mix(self._plain), mix(self._counted), self.budget)
             with contextlib.closing(mixed):
                 yield mixed
 

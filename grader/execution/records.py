@@ -11,11 +11,16 @@ class Cause(str, Enum):
 
     SIGNAL = "signal"
     EXIT = "exit"  # the code called exit, or closed the grader's channel
-    TIMEOUT = "timeout"
+    TIMEOUT = "timeout"  # it computed for too long
+    WAITING = "waiting"  # it neither computed nor queued for a processor, for too long
+    SPENT = "spent"  # the submission has taken all that it may in all; the word says of what
     LOAD = "load"  # the library cannot be loaded: a global is missing
     MEMORY = "memory"  # none was left to go on with
     STRAY_WRITE = "stray_write"  # a write just before a table, seen after the call
     KILLED = "killed"  # by SIGKILL, which nothing of ours sent: by itself, or from outside
+
+
+OUT_OF_TIME = (Cause.TIMEOUT, Cause.WAITING, Cause.SPENT)
 
 
 @dataclass(frozen=True)
@@ -37,4 +42,4 @@ class Death:
     function: str = ""  # in which it was, when that is known
     # The calls that had led there, each with its "file:line", from the inside out.
     callers: tuple[tuple[str, str], ...] = field(default=(), compare=False)
-    seconds: float = field(default=0.0, compare=False)  # of CPU that it was allowed
+    seconds: float = field(default=0.0, compare=False)  # that it was allowed

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import contextlib
 import os
-import re
 import signal
 import socket
+import struct
 import threading
 import time
 from collections.abc import Callable, Container, Sequence
@@ -18,36 +18,23 @@ from dataclasses import dataclass, replace
 from typing import IO, Any
 
 from grader.course.message import FaultError
-from grader.execution.crash_location import CrashLocation, fault, from_page, from_report
-from grader.execution.records import Cause, Death
+from grader.execution import session_report
+from grader.execution.crash_location import CrashLocation
+from grader.execution.memory_watch import MemoryWatch
+from grader.execution.patience import Patience, Seconds
+from grader.execution.records import OUT_OF_TIME, Cause, Death
+from grader.execution.session_report import MAX_TEXT, printable
+from grader.sandbox.budget import Budget
 from grader.worker import frames
 
 ANSWER_SECONDS = 20  # for the worker itself, which runs no code but ours
+_CREDENTIALS = struct.Struct("3i")  # process, user, group
 GRACE_SECONDS = 1  # between the end of a session's socket and the end of its process
-UBSAN_EXIT = 1
-MAX_TEXT = 20_000  # characters of output that are kept
 
 # Ends the session's process after so many seconds, having it note where it is first if so asked;
 # returns its wait status and CPU seconds.
 Reap = Callable[[float, bool], tuple[int, float]]
 Release = Callable[[float], None]  # lets it end by itself in so many seconds
-
-_SANITIZER = re.compile(
-    r"ERROR: AddressSanitizer:? (?:attempting )?([\w-]+)|(?:\S+): runtime error: (.*)"
-)
-_NULL = "Hint: address points to the zero page"
-_RUNTIME_ERROR = re.compile(r"^(?:\./)?([\w.]+\.[ch]):(\d+):\d+: runtime error", re.MULTILINE)
-# What the sanitizers and the loader write themselves: from its error on, all is a sanitizer's;
-# before, some lines are ASan's warnings and advice, the calls that it lists, and the loader's.
-_REPORT = re.compile(
-    r"(?:AddressSanitizer:DEADLYSIGNAL\n)?(?:=+\n)?==\d+==ERROR: AddressSanitizer(?s:.*)"
-    r"|^[^\n]*: runtime error: (?s:.*)"
-    r"|^[^\n]*: symbol lookup error: .*\n?"
-    r"|^==\d+==.*\n?|^False positive error reports may follow\n?"
-    r"|^For details see https://github\.com/google/sanitizers.*\n?"
-    r"|^ +#\d+ 0x[0-9a-f]+ .*\n?",
-    re.MULTILINE,
-)
 
 
 class MachineError(FaultError):
@@ -92,9 +79,22 @@ class Limits:
         return 3 * self.cpu + 2
 
 
-def printable(text: str) -> str:
-    """Return a text without the control characters that could fool a terminal."""
-    return "".join(each if each.isprintable() or each in "\n\t" else "�" for each in text)
+def sender(sock: socket.socket) -> int:
+    """Return the number of the process at the other end, once it has written; 0 if unknown."""
+    if not hasattr(socket, "SCM_CREDENTIALS"):
+        return 0
+    room = socket.CMSG_SPACE(_CREDENTIALS.size)
+    _, ancillary, _, _ = sock.recvmsg(1, room, socket.MSG_PEEK)
+    for level, kind, data in ancillary:
+        if (level, kind) == (socket.SOL_SOCKET, socket.SCM_CREDENTIALS):
+            return int(_CREDENTIALS.unpack(data[: _CREDENTIALS.size])[0])
+    return 0
+
+
+def ask_for_sender(sock: socket.socket) -> None:
+    """Have the system say who writes at the other end; before it does."""
+    if hasattr(socket, "SO_PASSCRED"):
+        sock.setsockopt(socket.SOL_SOCKET, socket.SO_PASSCRED, 1)
 
 
 class SessionSocket:
@@ -108,9 +108,15 @@ class SessionSocket:
         files: Sequence[IO[bytes]],
         limits: Limits,
         library: str,
+        budget: Budget,
+        watch: MemoryWatch,
     ) -> None:
         self._reap, self._release, self._sock = reap, release, sock
         self._files, self._limits, self._library = files, limits, library
+        self._budget = budget  # of the submission
+        self._watch = watch  # of its memory
+        self._pid = 0  # 0: not known, or not yet
+        ask_for_sender(sock)
         self._replies = frames.Reader(sock)
         self._requests: list[bytes] = []  # that wait for the next one which has an answer
         self._variables: set[str] = set()  # that they write
@@ -126,6 +132,8 @@ class SessionSocket:
         """
         deadline = time.monotonic() + ANSWER_SECONDS
         try:
+            self._sock.settimeout(ANSWER_SECONDS)
+            self._pid = sender(self._sock)
             head, _ = self._replies.frame(0, deadline)
         except (OSError, EOFError, ValueError) as error:
             raise NotLocked(repr(error)) from error
@@ -167,11 +175,8 @@ class SessionSocket:
 
         All that comes may be the submission's own work: no answer is the grader's fault.
         """
-        deadline = time.monotonic() + self._limits.wall
         try:
-            head, answer = self._replies.frame(max(size, MAX_TEXT), deadline)
-        except TimeoutError:
-            raise Died(self._bury(0, Cause.TIMEOUT)) from None
+            head, answer = self._answer(max(size, MAX_TEXT))
         except (OSError, EOFError, ValueError, RecursionError):
             raise Died(self._bury(GRACE_SECONDS, Cause.EXIT)) from None
         self._waiting = False
@@ -188,6 +193,16 @@ class SessionSocket:
         death = self._bury(0, causes.get(str(kind), Cause.EXIT))
         raise Died(replace(death, text=text or death.text))
 
+    def _answer(self, limit: int) -> tuple[dict[str, Any], bytes]:
+        """Wait for a frame as long as there is patience. Raises Died, and what frames do."""
+        patience = Patience(self._pid, self._limits.wall, self._budget)
+        while True:
+            try:
+                return self._replies.frame(limit, patience.until)
+            except TimeoutError:
+                if why := patience.lost():
+                    raise Died(self._bury(0, *why)) from None
+
     def _from_room(self, size: int, place: int) -> bytearray:
         # Zeros where the code may have shortened the file.
         answer = bytearray(size)
@@ -203,7 +218,7 @@ class SessionSocket:
 
         What a sanitizer or the loader reports is not the code's own, and is left out.
         """
-        return self._written(0) + _REPORT.sub("", self._written(1))
+        return self._written(0) + session_report.own_words(self._written(1))
 
     def printed_since(self) -> str:
         """Return `output`, and forget it: the next time, only what is new comes."""
@@ -220,6 +235,7 @@ class SessionSocket:
         """End the session."""
         if not self._ended:
             self._ended = True
+            self._budget.spend(cpu=Seconds.of(self._pid).running)
             with contextlib.suppress(OSError):
                 self._sock.settimeout(GRACE_SECONDS)
                 self._sock.sendall(frames.frame({"do": "close"}))
@@ -238,13 +254,16 @@ class SessionSocket:
         page = os.pread(self._files[2].fileno(), frames.PAGE_BYTES, 0)
         return page.ljust(frames.PAGE_BYTES, b"\0")
 
-    def _bury(self, grace: float, cause: Cause) -> Death:
+    def _bury(self, grace: float, cause: Cause, word: str = "", seconds: float = 0.0) -> Death:
         """End the process, once; say why it died, by `cause` when its end does not tell."""
         with self._burying:
             if self._death is None and not self._ended:
                 self._ended = True
-                status, cpu = self._reap(grace, cause is Cause.TIMEOUT)
+                status, cpu = self._reap(grace, cause in OUT_OF_TIME)
+                self._budget.spend(cpu=cpu)
                 self._death = self._explain(status, cpu, cause)
+                if self._death.cause in (Cause.WAITING, Cause.SPENT):
+                    self._death = replace(self._death, word=word, seconds=seconds)
             return self._death or Death(Cause.EXIT)
 
     def _explain(self, status: int, cpu: float, cause: Cause) -> Death:
@@ -254,17 +273,18 @@ class SessionSocket:
         # Code that ignores the first signal is killed by the kernel a second later.
         if code == -signal.SIGXCPU or (code == -signal.SIGKILL and cpu >= self._limits.cpu):
             cause = Cause.TIMEOUT
+        if self._watch.has_ended(self._pid):
+            cause = Cause.MEMORY
         if cause in (Cause.LOAD, Cause.STRAY_WRITE, Cause.MEMORY):
             return Death(cause, case=case, text=text)
         if code == -signal.SIGKILL and cause is Cause.EXIT:
             cause = Cause.KILLED
-        # Where UBSan cannot read its settings it ends by exit instead of a signal.
-        reported = code == UBSAN_EXIT and _SANITIZER.search(text) is not None
-        if cause is Cause.EXIT and (reported or code < 0):
+        if cause is Cause.EXIT and (code < 0 or session_report.is_reported(code, text)):
             cause = Cause.SIGNAL
-        word = _word(code, page, text) if cause is Cause.SIGNAL else ""
+        word = session_report.word(code, page, text) if cause is Cause.SIGNAL else ""
         code = max(code, 0) if cause is Cause.EXIT else 0
-        first, *callers = _calls(self._library, page, text) or [CrashLocation("", "")]
+        calls = session_report.calls(self._library, page, text)
+        first, *callers = calls or [CrashLocation("", "")]
         return Death(
             cause,
             word,
@@ -276,24 +296,3 @@ class SessionSocket:
             tuple((each.function, each.location) for each in callers),
             self._limits.cpu,
         )
-
-
-def _word(code: int, page: bytes, text: str) -> str:
-    """Return how the code ended: as a sanitizer reports it, else as the signal tells."""
-    report = _SANITIZER.search(text)
-    if report is not None:
-        word = report[1] or f"runtime error: {report[2]}"
-        return "null-pointer" if word == "SEGV" and _NULL in text else word
-    name = signal.Signals(-code).name if code < 0 else ""
-    return (fault(page) if name == "SIGSEGV" else "") or name
-
-
-def _calls(library: str, page: bytes, text: str) -> list[CrashLocation]:
-    """Return the calls that ran: as a sanitizer reports them, else as the shim noted them."""
-    calls = from_report(library, text) or from_page(library, page)
-    found = _RUNTIME_ERROR.search(text)
-    if not found:
-        return calls
-    # The line of the error is its own report's; the rest of the calls is in the page.
-    place = CrashLocation(calls[0].function if calls else "", f"{found[1]}:{found[2]}")
-    return [place, *calls[1:]]

@@ -26,6 +26,8 @@ from pathlib import Path
 from typing import IO, Any
 
 from grader.execution.control_socket import ControlSocket
+from grader.execution.memory_watch import MemoryWatch
+from grader.execution.records import Cause, Death
 from grader.execution.session_socket import (
     ANSWER_SECONDS,
     Died,
@@ -36,6 +38,7 @@ from grader.execution.session_socket import (
     SessionSocket,
 )
 from grader.sandbox import bubblewrap
+from grader.sandbox.budget import SECONDS, Budget
 from grader.sandbox.ffi_source import library_source
 from grader.sandbox.levels import Isolation, Level, current
 from grader.sandbox.staging import private_folder, stage
@@ -70,11 +73,12 @@ _Kind = tuple[str, Limits]  # of sessions: the library, and its limits
 
 
 @contextlib.contextmanager
-def start_worker(preload: str = "") -> Iterator[WorkerProcess]:
+def start_worker(preload: str = "", budget: Budget | None = None) -> Iterator[WorkerProcess]:
     """Start a worker, with libraries loaded before everything else; end it with the block.
 
-    It is as isolated as `isolation.levels.current()` says. Returns before the worker is there; that
+    It is as isolated as `sandbox.levels.current()` says. Returns before the worker is there; that
     it does not start is told by its first session. It lives no longer than the thread that calls.
+    `budget` is that of the submission; without one, each session's limits are all there is.
     """
     isolation = current()
     folder = private_folder()
@@ -99,7 +103,7 @@ def start_worker(preload: str = "") -> Iterator[WorkerProcess]:
                 cwd=stage(),
             )
         try:
-            process = WorkerProcess(control, isolation, inbox)
+            process = WorkerProcess(control, isolation, inbox, budget or Budget.endless())
             stack.callback(process.close)
             yield process
         finally:
@@ -136,8 +140,12 @@ def _environment(isolation: Isolation, preload: str) -> dict[str, str]:
 class WorkerProcess:
     """The parent's hold on a worker. Made by start_worker."""
 
-    def __init__(self, control: ControlSocket, isolation: Isolation, inbox: Path) -> None:
+    def __init__(
+        self, control: ControlSocket, isolation: Isolation, inbox: Path, budget: Budget
+    ) -> None:
         self._control, self._isolation, self._inbox = control, isolation, inbox
+        self._budget = budget
+        self._watch: MemoryWatch | None = None
         self._numbers = itertools.count(1)
         self._spares: dict[_Kind, SessionSocket] = {}
         self._seen: set[_Kind] = set()
@@ -162,8 +170,11 @@ class WorkerProcess:
     def fork(self, library: str, limits: Limits) -> Iterator[SessionSocket]:
         """Start a session with a declared library. Raises Died when it cannot be loaded.
 
+        Once the submission's budget is spent, nothing is started any more.
         From the second of a kind on, one more is made ready meanwhile, for the next time.
         """
+        if spent := self._budget.spent:
+            raise Died(Death(Cause.SPENT, spent, seconds=SECONDS[spent]))
         kind = (library, limits)
         with self._choosing:
             channel = self._spares.pop(kind, None) or self._start(kind)
@@ -184,6 +195,8 @@ class WorkerProcess:
         """End the sessions that were made ready for nothing."""
         for each in self._spares.values():
             each.close()
+        if self._watch:
+            self._watch.stop()
 
     def _start(self, kind: _Kind) -> SessionSocket:
         library, limits = kind
@@ -194,7 +207,13 @@ class WorkerProcess:
         ours, theirs = socket.socketpair()
         files = _files()
         reap, release = partial(self._reap, number), partial(self._release, number)
-        channel = SessionSocket(reap, release, ours, files, limits, library)
+        if self._watch is None:
+            more = limits.memory + frames.SHARED_BYTES
+            self._watch = MemoryWatch(self._control.pid(), more)
+            self._watch.start()
+        channel = SessionSocket(
+            reap, release, ours, files, limits, library, self._budget, self._watch
+        )
         with theirs:
             self._control.tell(head, b"", [theirs.fileno(), *(each.fileno() for each in files)])
         return channel

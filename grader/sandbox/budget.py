@@ -11,10 +11,11 @@ since they are counted by the kernel for the process itself.
 
 from __future__ import annotations
 
+import math
 import os
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 WALL, CPU, ASLEEP = "wall", "cpu", "asleep"
 SECONDS = {WALL: 120.0, CPU: 120.0, ASLEEP: 10.0}
@@ -34,12 +35,21 @@ class Budget:
     """The seconds of one submission. Threads share it."""
 
     def __init__(
-        self, clock: Callable[[], float] = time.monotonic, load: Callable[[], float] = load
+        self,
+        seconds: Mapping[str, float] | None = None,
+        clock: Callable[[], float] = time.monotonic,
+        load: Callable[[], float] = load,
     ) -> None:
+        self._seconds = seconds or SECONDS
         self._clock, self._load = clock, load
         self._seen = clock()
         self._used = dict.fromkeys(SECONDS, 0.0)
         self._busy = threading.Lock()
+
+    @classmethod
+    def endless(cls) -> Budget:
+        """Return that of what is no submission, or of a person's own session."""
+        return cls(dict.fromkeys(SECONDS, math.inf))
 
     def spend(self, cpu: float = 0.0, asleep: float = 0.0) -> None:
         """Note seconds that the submission has taken."""
@@ -49,15 +59,14 @@ class Budget:
 
     def left(self, kind: str = WALL) -> float:
         """Return how many seconds of a kind are left, of wall time as they pass now."""
-        return max(SECONDS[kind] - self._count()[kind], 0.0) * (
-            self._load() if kind == WALL else 1.0
-        )
+        left = max(self._seconds[kind] - self._count()[kind], 0.0)
+        return left * self._load() if kind == WALL else left
 
     @property
     def spent(self) -> str:
         """The kind that is used up, "" as long as there is something left of each."""
         used = self._count()
-        return next((kind for kind in SECONDS if used[kind] >= SECONDS[kind]), "")
+        return next((kind for kind in SECONDS if used[kind] >= self._seconds[kind]), "")
 
     def _count(self) -> dict[str, float]:
         with self._busy:

@@ -79,18 +79,24 @@ class Reader:
     ) -> tuple[dict[str, Any], bytes]:
         """Read one frame. `deadline` is a time of time.monotonic().
 
-        Raises EOFError at the end, TimeoutError at the deadline, ValueError when the frame is
-        malformed or its payload longer than `limit`.
+        Raises EOFError at the end, ValueError when the frame is malformed or its payload longer
+        than `limit`, TimeoutError at the deadline: the frame may then be waited for again.
         """
-        head_length, length = HEAD.unpack(self._take(HEAD.size, deadline))
+        self._fill(HEAD.size, deadline)
+        head_length, length = HEAD.unpack_from(self._held)
         if head_length > MAX_JSON_BYTES or length > limit:
             raise ValueError("frame too long")
-        head = json.loads(self._take(head_length, deadline))
+        start = HEAD.size + head_length
+        self._fill(start + length, deadline)
+        head = json.loads(bytes(self._held[HEAD.size : start]))
         if not isinstance(head, dict):
             raise ValueError("malformed frame")
-        return head, self._take(length, deadline)
+        payload = bytes(self._held[start : start + length])
+        del self._held[: start + length]
+        return head, payload
 
-    def _take(self, length: int, deadline: float | None) -> bytes:
+    def _fill(self, length: int, deadline: float | None) -> None:
+        """Read until so many bytes are held."""
         while (missing := length - len(self._held)) > 0:
             if deadline is not None:
                 self._sock.settimeout(max(deadline - time.monotonic(), 1e-3))
@@ -98,9 +104,6 @@ class Reader:
             if not data:
                 raise EOFError
             self._held += data
-        taken = bytes(self._held[:length])
-        del self._held[:length]
-        return taken
 
 
 def frame(head: dict[str, Any], payload: bytes = b"") -> bytes:

@@ -21,7 +21,7 @@ from grader.checking.shapes import Size
 from grader.course.message import UserError
 from grader.evaluation import remarks
 from grader.execution import session as runner
-from grader.execution.records import Cause
+from grader.execution.records import OUT_OF_TIME
 from grader.execution.session import Session
 from grader.execution.worker_process import (
     Died,
@@ -138,7 +138,7 @@ class Engine:
                 error_cards.tell_printed(stage.session)
         except Died as error:
             self._drop(target)
-            self._again |= error.death.cause is Cause.TIMEOUT
+            self._again |= error.death.cause in OUT_OF_TIME
             raise
 
     def stage(self, target: Target) -> OpenSession:

@@ -25,12 +25,13 @@ _ENDS = {
         "abort_at_once divide_by_zero endless_recursion fake_report far_outside"
         " illegal_instruction null_pointer old_gate one_past spoil_trace"
     ),
-    (Cause.TIMEOUT,): "endless_loop endless_loop_deaf sleep_deaf sleep_for_ever stop_itself",
+    (Cause.TIMEOUT,): "endless_loop endless_loop_deaf",
+    (Cause.WAITING,): "sleep_deaf sleep_for_ever stop_itself",
     (Cause.EXIT,): (
         "close_everything exit_0 exit_at_once fool_terminal leave_on_fault"
         " lie_in_trace rewrite_interpreter"
     ),
-    (Cause.EXIT, Cause.TIMEOUT): "drip_answer flood_answer steal_requests",
+    (Cause.EXIT, Cause.TIMEOUT, Cause.WAITING): "drip_answer flood_answer steal_requests",
     (Cause.EXIT, Cause.SIGNAL): "unmap_everything",
     # The worker's own next step fails for want of memory, in one way or another.
     (Cause.EXIT, Cause.MEMORY, Cause.SIGNAL, Cause.TIMEOUT): "take_all_memory",

@@ -82,4 +82,19 @@ ATTACK(take_all_memory)
         ;
     (void)img;
 }
+ATTACK(fill_shadow)
+{
+#ifdef __SANITIZE_ADDRESS__
+    /* Reserved before the limit of addresses is set, and touched from here on, without a check. */
+    for (unsigned long page = 0x030000000000ul, n = 1; n <= 3000; n++, page += 1 << 20) {
+        unsigned long start = page, count = 1 << 20;
+        __asm__ volatile("mov $1, %%al; rep stosb" : "+D"(start), "+c"(count) : : "rax", "memory");
+        if (n % 100 == 0)
+            printf("%lu MB\n", n);
+    }
+    COULD(1);
+#else
+    COULD(0);
+#endif
+}
 ATTACK(not_a_number) { for (int k = 0; k < WIDTH * HEIGHT; k++) img[k] = vector_init(0.f / 0.f, 1.f / 0.f, 0); }
