@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from grader.build import meanings
 from grader.course.message import Message
 
+MAX_LINE = 1000  # characters: a source can make the compiler say anything, at any length
 _HEAD = re.compile(r"([\w.-]+):(\d+)(?::(\d+))?: (fatal error|error|warning|note): (.*)")
 _INCLUDED = re.compile(r"(In file included from|\s+from) ")
 _INSIDE = re.compile(r"([\w.-]+): (?:In function [‘'`](\w+)|At top level|In file scope)")
@@ -109,7 +110,7 @@ def _groups(text: str) -> Iterator[tuple[list[str], str]]:
     group: list[str] = []
     ours = False
     function = now = ""
-    for line in text.splitlines():
+    for line in (each[:MAX_LINE] for each in text.splitlines()):
         head = _HEAD.match(line)
         if inside := _INSIDE.match(line):
             now = inside[2] or ""

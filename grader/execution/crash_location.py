@@ -13,10 +13,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from grader.course import exercises
-from grader.sandbox.tools import run_tool
+from grader.sandbox.tools import OUT_OF_TIME, run_tool
 from grader.worker import frames
 
-ADDR2LINE_SECONDS = 10
+ADDR2LINE_SECONDS = 3
 MAX_ADDRESSES = 40
 SHIM = "mrt_shim.c"
 # The address of a field, or of an item, of what NULL points to; it is never anything else.
@@ -25,6 +25,10 @@ STACK_BYTES = 1 << 24  # below the stack: what is used there has outgrown it
 
 _REPORTED = re.compile(r"^ +#(\d+) .*?\(([^()\s]+)\+0x([0-9a-f]{1,16})\)", re.MULTILINE)
 _PLACE = re.compile(r"(?:.*/)?([\w.]+\.(?:c|h|cpp)):(\d+)")
+
+
+# Libraries in which a place is long to find, by what they hold: it would be so after each crash.
+_slow: set[str] = set()
 
 
 @dataclass(frozen=True)
@@ -82,13 +86,16 @@ def locate(library: str, offsets: Sequence[int]) -> list[CrashLocation]:
     """
     size = Path(library).stat().st_size * 64  # a library's globals are not in its file
     sane = [f"{each:#x}" for each in offsets if 0 < each < size][:MAX_ADDRESSES]
-    if not sane:
+    if not sane or library in _slow:
         return []
     command = ["addr2line", "-a", "-C", "-f", "-i", "-s", "-e", library, *sane]
     try:
         ran = run_tool(command, Path(library).parent, [Path(library)], seconds=ADDR2LINE_SECONDS)
     except OSError:
         return []  # no addr2line on this machine
+    if ran.status == OUT_OF_TIME or ran.signals:
+        _slow.add(library)
+        return []
     places = [each for each in _places(ran.output) if not each.location.startswith(SHIM)]
     given = exercises.load().given
     own = [each for each in places if each.location.partition(":")[0] not in given]

@@ -7,10 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from grader.execution import patience
 from grader.execution.patience import Patience, Seconds
 from grader.execution.records import Cause
-from grader.execution.session import Library, open_library
+from grader.execution.session import Library, open_core
 from grader.execution.session_socket import Died, Limits, SessionSocket
 from grader.sandbox import budget
 from grader.sandbox.budget import ASLEEP, Budget
@@ -18,7 +17,7 @@ from grader.tests.support.judging import judge
 from grader.tests.support.student import STUDENT_MAIN, main_c
 
 Write = Callable[..., Path]
-NAP = "extern int usleep(unsigned); usleep({}); (void)img;"
+NAP = "extern int usleep(unsigned); usleep({}); img[0].x = 1;"
 WALL_SECONDS = 2.0
 
 
@@ -27,7 +26,7 @@ class Clock:
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.now, self.seconds = 50.0, Seconds(1, 1)
-        monkeypatch.setattr(patience.time, "monotonic", lambda: self.now)
+        monkeypatch.setattr("grader.execution.patience.time.monotonic", lambda: self.now)
         monkeypatch.setattr(Seconds, "of", lambda pid: self.seconds)
 
     def pass_by(self, wall: float, running: float = 0, queueing: float = 0) -> None:
@@ -89,7 +88,7 @@ def test_where_the_system_tells_nothing_time_is_all_there_is(clock: Clock) -> No
 def sleeper(submission: Write, cache: Path) -> Iterator[Library]:
     """Return a submission whose fill_red sleeps for a while."""
     folder = submission(fill_red=NAP.format(60_000_000))
-    with open_library(folder, 96, 64, cache=cache) as library:
+    with open_core(folder, 96, 64, cache=cache) as library:
         yield library
 
 
@@ -122,7 +121,7 @@ def test_a_submission_that_sleeps_everywhere_ends(
 ) -> None:
     """Once its budget is spent, nothing more of it is run, nor run again; the cause is told."""
     monkeypatch.setitem(budget.SECONDS, ASLEEP, 1.0)
-    bodies = dict.fromkeys(STUDENT_MAIN, NAP.format(700_000).replace("(void)img;", ""))
+    bodies = dict.fromkeys(STUDENT_MAIN, NAP.format(700_000))
     results = judge({"main.c": main_c({**STUDENT_MAIN, **bodies})}, cache, tp=1)
     told = [each for each in results.values() if each.outcome == "timeout"]
     assert len(told) > len(results) // 2
