@@ -11,6 +11,7 @@ from __future__ import annotations
 import io
 import json
 import re
+import sys
 import time
 import zipfile
 from collections.abc import Iterator, Mapping, Sequence
@@ -32,6 +33,7 @@ from grader.intake import archives, authors
 from grader.intake.authors import Authors
 from grader.intake.records import Submission
 from grader.intake.submission import read_submission
+from grader.setup.folding import put
 
 TARGET = Target(320, 180)
 MAX_NAMED = 4  # functions that are not there
@@ -63,7 +65,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     def act() -> int:
         parcel = read(options.source)
         for line in submit(parcel, options.out, options.build, texts, force=options.force):
-            print(line)
+            put(line, sys.stdout)
         return ExitCode.DONE
 
     return run(act, texts)

@@ -8,6 +8,7 @@ from enum import IntEnum
 
 from grader.course.message import GraderError
 from grader.course.texts import Texts
+from grader.setup.folding import put
 
 
 class ExitCode(IntEnum):
@@ -32,5 +33,5 @@ def run(act: Callable[[], int], texts: Texts) -> int:
 
 def complain(sentence: str, code: int) -> int:
     """Say what is wrong; return the exit code."""
-    sys.stderr.write(f"{sentence}\n")
+    put(sentence, sys.stderr)
     return code

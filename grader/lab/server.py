@@ -14,6 +14,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from grader.lab.display.words import say
+from grader.setup.folding import put
 
 SECONDS = 0.1  # between two looks for its address
 LAST_LINES = 5  # of what it said, when it does not start
@@ -48,7 +49,7 @@ def serve(
 
 
 def _tell(key: str, **values: object) -> None:
-    sys.stdout.write(f"{say(key, **values)}\n")
+    put(say(key, **values), sys.stdout)
     sys.stdout.flush()
 
 

@@ -23,6 +23,7 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
+from grader.setup.folding import put
 from grader.setup.install import (
     ROOT,
     SetupError,
@@ -237,9 +238,9 @@ def main() -> int:
     try:
         return run(sys.argv[1], sys.argv[2:])
     except SetupError as trouble:
-        print(trouble, file=sys.stderr)
+        put(str(trouble), sys.stderr)
     except OSError as error:
-        print(explain(Path(error.filename or ROOT), str(error)), file=sys.stderr)
+        put(explain(Path(error.filename or ROOT), str(error)), sys.stderr)
     except KeyboardInterrupt:
         pass  # without a stamp the next make starts again
     return 1

@@ -15,6 +15,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+from grader.setup.folding import put
 from grader.setup.sentences import in_language, tell
 
 WRONG = ("failed", "crashed", "timeout")
@@ -35,10 +36,10 @@ def main() -> int:
         place.parent.mkdir(parents=True, exist_ok=True)
         place.write_text(check["reproducer"], encoding="utf-8")
     except CaseError as error:
-        print(error, file=sys.stderr)
+        put(str(error), sys.stderr)
         return 1
     except OSError as error:
-        print(f"{error.filename}: {error.strerror}", file=sys.stderr)
+        put(f"{error.filename}: {error.strerror}", sys.stderr)
         return 1
     for told in (f"{check['exercise']} {check['function']} - {check['title']}", check["message"]):
         tell(told, told)

@@ -15,6 +15,7 @@ import zipfile
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
+from grader.setup.folding import put
 from grader.setup.release_record import ORIGINALS, HandoutError
 from grader.setup.sentences import in_language, tell
 from grader.setup.transaction import free
@@ -34,9 +35,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
             _name(missing, changed)
             return 1 if missing else 0
         backup = put_back(ROOT, handed_out, missing, changed)
-        print(*_told(missing, changed, backup), sep="\n")
+        put("\n".join(_told(missing, changed, backup)), sys.stdout)
     except HandoutError as error:
-        print(error, file=sys.stderr)
+        put(str(error), sys.stderr)
         return 1
     return 0
 

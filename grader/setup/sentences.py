@@ -8,6 +8,8 @@ from __future__ import annotations
 import os
 import sys
 
+from grader.setup.folding import put
+
 
 def in_language(french: str, english: str) -> str:
     """Return the sentence in the language of the person at the terminal (MRT_LANG)."""
@@ -16,4 +18,4 @@ def in_language(french: str, english: str) -> str:
 
 def tell(french: str, english: str) -> None:
     """Print a sentence on stderr, in the person's language."""
-    print(in_language(french, english), file=sys.stderr)
+    put(in_language(french, english), sys.stderr)

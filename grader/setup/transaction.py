@@ -21,7 +21,7 @@ from grader.setup.sentences import in_language
 _LAST = (
     *(
         f"grader/setup/{name}.py"
-        for name in ("sentences", "release_record", "transaction", "update")
+        for name in ("folding", "sentences", "release_record", "transaction", "update")
     ),
     RECORD,
 )

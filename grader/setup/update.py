@@ -16,6 +16,7 @@ from io import BytesIO
 from pathlib import Path, PurePosixPath
 
 from grader.setup import release_record
+from grader.setup.folding import put
 from grader.setup.release_record import ORIGINALS, RECORD, HandoutError, Release, digest
 from grader.setup.sentences import in_language
 from grader.setup.transaction import Done, Plan, Step, replace
@@ -41,12 +42,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
             )
         plan = prepare(options.archive, options.root, options.force)
         for sentence in _told(plan, replace(plan, options.root)):
-            print(sentence)
+            put(sentence, sys.stdout)
     except HandoutError as error:
-        print(error, file=sys.stderr)
+        put(str(error), sys.stderr)
         return 1
     except KeyboardInterrupt:
-        print(_again(), file=sys.stderr)
+        put(_again(), sys.stderr)
         return 130
     return 0
 

@@ -70,6 +70,7 @@ def environment(
         finalize=lambda value: markup.typeset(value, texts.language),
     )
     made.filters |= {"verbatim": markup.verbatim, "c": markup.c_lines}
+    made.filters["told"] = lambda text: markup.told(text, texts.language)
     made.globals |= {
         "say": texts.say,
         "word": texts.get,

@@ -14,6 +14,7 @@ _HIDDEN = re.compile(
 )
 _SPAN = re.compile(r'<span class="(\w+)">([^<]*)</span>')
 _STYLED = "kcsm"  # the first letters of the classes that style.css knows
+_MEMBER = re.compile(r"\w+(?:-&gt;[\w.]+)+")
 _NARROW, _WIDE = "\u202f", "\u00a0"
 
 
@@ -33,6 +34,12 @@ def typeset(value: Any, language: str) -> Any:
         text = text.replace("« ", f"«{_WIDE}")
         text = re.sub(r"(\d) / (\d)", rf"\1{_WIDE}/{_WIDE}\2", text)
     return text
+
+
+def told(text: str, language: str) -> Markup:
+    """Return a sentence whose C names, such as r->tmax, stay on one line."""
+    sentence = str(escape(typeset(text, language)))
+    return Markup(_MEMBER.sub(r'<span class="whole">\g<0></span>', sentence))
 
 
 def verbatim(text: str) -> Markup:

@@ -127,6 +127,16 @@ def test_hints_are_folded_until_they_are_asked_for(whole: Make) -> None:
     assert re.findall(folded, html) == wanted * sum(each["outcome"] == "failed" for each in checks)
 
 
+def test_names_of_c_are_not_broken_across_lines() -> None:
+    """A browser would break r->tmax behind its dash; what is around stays text."""
+    said = markup.told("Après f(a < b), r->tmax et out->orig.x valent 3 ; <i>", "fr")
+    assert said == (
+        'Après f(a &lt; b), <span class="whole">r-&gt;tmax</span> et'
+        ' <span class="whole">out-&gt;orig.x</span> valent 3\u202f; &lt;i&gt;'
+    )
+    assert ".whole { white-space: nowrap; }" in (page.TEMPLATES / "style.css").read_text("utf-8")
+
+
 def test_what_a_submission_wrote_is_inert(whole: Make) -> None:
     """Its tags are text, its controls and changes of direction are spelled out."""
     html = whole()
