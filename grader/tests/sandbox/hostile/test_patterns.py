@@ -19,8 +19,8 @@ from grader.course.exercises import PACKAGE, ROOT
 from grader.execution import crash_location, death_messages, session_report
 from grader.execution.records import Cause, Death
 from grader.intake import authors
-from grader.report import terminal
 from grader.report.page import markup
+from grader.setup import folding
 
 CPU_SECONDS = 20
 TEXT, SOURCE = session_report.MAX_TEXT, 200_000
@@ -80,7 +80,7 @@ READERS: dict[str, tuple[int, Callable[[str], object]]] = {
         lambda text: authors.parse(text.encode()),
     ),
     "_MOODLE": (60_000, discovery._MOODLE.fullmatch),
-    "_INSEPARABLE": (2000, lambda text: terminal._folded(text, 80)),
+    "_INSEPARABLE": (2000, lambda text: folding.folded(text, 80)),
     "_HIDDEN _SPAN": (2000, lambda text: (markup.typeset(text, "fr"), markup.c_lines(text))),
 }
 # Of text that is our own.
