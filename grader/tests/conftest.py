@@ -25,14 +25,18 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     if not config.pluginmanager.hasplugin("xdist"):
         return
     for item in items:
-        if _shares(item) and item.get_closest_marker("xdist_group") is None:
-            item.add_marker(pytest.mark.xdist_group(item.location[0]))
+        if isinstance(item, pytest.Function) and item.get_closest_marker("xdist_group") is None:
+            _keep_together(item)
 
 
-def _shares(item: pytest.Item) -> bool:
-    """Whether a test needs a fixture that is made once for its module."""
-    made = item._fixtureinfo.name2fixturedefs.values()  # type: ignore[attr-defined]
-    return any(each[-1].scope == "module" for each in made)
+def _keep_together(item: pytest.Function) -> None:
+    """Group a test with those that need the same fixtures, made once for their module."""
+    found = item._fixtureinfo.name2fixturedefs
+    shared = [name for name, each in found.items() if each[-1].scope == "module"]
+    if shared:
+        given = item.callspec.params if hasattr(item, "callspec") else {}
+        words = [str(given[name]) for name in sorted(shared) if name in given]
+        item.add_marker(pytest.mark.xdist_group(" ".join([item.location[0], *words])))
 
 
 @pytest.fixture(scope="session")

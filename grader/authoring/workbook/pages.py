@@ -8,7 +8,6 @@ they show what the finished program does: they are for instructors.
 from __future__ import annotations
 
 import argparse
-import asyncio
 import base64
 import copy
 import os
@@ -40,20 +39,12 @@ PRINTED = "<style>@media print { .highlight pre { white-space: pre-wrap } }</sty
 IMAGE = re.compile(r"\]\((\.\./images/[\w.]+\.png)\)")
 
 
-def execute(paths: Sequence[Path], core: Path, build: Path, setup: str = "") -> list[Any]:
-    """Return notebooks with the outputs of all their cells, run side by side.
+def execute(path: Path, core: Path, build: Path, setup: str = "") -> Any:
+    """Return a notebook with the outputs of all its cells, run in a fresh kernel in its folder.
 
-    Each is run in a fresh kernel in its folder. `core` is the folder of C code, `build` that of the
-    outputs; `setup` is run with the first cell of code. Raises CellExecutionError.
+    `core` is the folder of C code, `build` that of the outputs; `setup` is run with the first cell
+    of code. Raises CellExecutionError.
     """
-
-    async def all_of_them() -> list[Any]:
-        return await asyncio.gather(*(_executed(path, core, build, setup) for path in paths))
-
-    return asyncio.run(all_of_them())
-
-
-async def _executed(path: Path, core: Path, build: Path, setup: str) -> Any:
     notebook = nbformat.read(path, as_version=4)  # type: ignore[no-untyped-call]
     first = next(each for each in notebook.cells if each.cell_type == "code")
     first.source = f"{first.source}\n{setup}".rstrip()
@@ -65,7 +56,7 @@ async def _executed(path: Path, core: Path, build: Path, setup: str) -> Any:
     }
     where = {"metadata": {"path": str(path.parent)}}
     client = NotebookClient(notebook, timeout=SECONDS, kernel_name="python3", resources=where)
-    await client.async_execute(env=variables)
+    client.execute(env=variables)
     return notebook
 
 
@@ -105,7 +96,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         arguments.out.mkdir(parents=True, exist_ok=True)
         for name in names:
             path = folder / f"{name}.ipynb"
-            (notebook,) = execute([path], arguments.core, arguments.out / "build")
+            notebook = execute(path, arguments.core, arguments.out / "build")
             target = arguments.out / f"{name}.html"
             target.write_text(page(notebook, folder, name), encoding="utf-8")
             print(shown(target))

@@ -32,6 +32,7 @@ from grader.authoring.proof.mutants import FunctionScore, MutantsReport, Verdict
 from grader.authoring.proof.parts import Part, sampled
 from grader.authoring.specimens import mistakes, variants
 from grader.course import exercises
+from grader.tests.support.outputs import outputs
 
 RULES = exercises.load()
 KNOWN = {each.id: each for each in mistakes.load()}
@@ -403,8 +404,7 @@ def test_a_sample_is_shown_kept_and_goes_on(
 
 def test_a_mistake_is_paid_for_once(cache: Path, tmp_path: Path) -> None:
     """A whole grade, on every TP and picture: shade is wrong, and used rightly by TP5.2."""
-    grade_cache = GradeCache(tmp_path)
-    (tmp_path / "cache").symlink_to(cache)
+    grade_cache = GradeCache(outputs(tmp_path, cache))
     ((_, found),) = grade_cache.graded([known.program(PI)])
     assert known.report([(PI, found)]).faults == []
     assert known.naming(PI, found) == known.RIGHT

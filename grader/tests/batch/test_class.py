@@ -146,6 +146,7 @@ def test_worksheet_manual_marks_and_lateness(
         (top / "in" / name).unlink()
 
 
+@pytest.mark.exhaustive
 def test_a_batch_that_is_killed_goes_on(
     top: Path, first: Run, pupils: list[classroom.Pupil]
 ) -> None:

@@ -29,6 +29,7 @@ def session(tmp_path_factory: pytest.TempPathFactory) -> Iterator[BrowserSession
         yield made
 
 
+@pytest.mark.exhaustive
 def test_a_lab_session(session: BrowserSession) -> None:
     """Side by side; run all; a slider; a broken file; mended; a crash; and nothing complains."""
     page = session.page

@@ -16,6 +16,7 @@ from grader.commands import submit
 from grader.course import exercises
 from grader.intake.records import Submission
 from grader.intake.submission import read_submission
+from grader.tests.support.outputs import outputs
 
 Write = Callable[..., Path]
 Hand = Callable[..., tuple[int, list[str], list[str]]]
@@ -30,9 +31,7 @@ def hand(
 ) -> Hand:
     """Return a function that hands a folder in; it returns the code and the lines printed."""
     monkeypatch.delenv("MRT_LANG", raising=False)
-    build = tmp_path / "build"
-    build.mkdir()
-    (build / "cache").symlink_to(cache)
+    build = outputs(tmp_path / "build", cache)
 
     def run(folder: Path, *words: str) -> tuple[int, list[str], list[str]]:
         places = ["--source", str(folder), "--build", str(build)]

@@ -17,6 +17,7 @@ from grader import commands
 from grader.console.run import ExitCode
 from grader.evaluation import plugin
 from grader.execution.worker_process import Limits, SessionSocket, WorkerProcess
+from grader.tests.support.outputs import outputs
 
 Write = Callable[..., Path]
 SUICIDE = "extern int kill(int, int), getpid(void); kill(getpid(), 9); (void)img;"
@@ -24,8 +25,7 @@ SUICIDE = "extern int kill(int, int), getpid(void); kill(getpid(), 9); (void)img
 
 def graded(folder: Path, cache: Path, build: Path) -> dict[str, Any]:
     """Grade fill_red; return what its check has come to."""
-    build.mkdir()
-    (build / "cache").symlink_to(cache)
+    outputs(build, cache)
     words = ["grade", str(folder), "--tp", "1", "-k", "fill_red", "--build", str(build)]
     assert commands.main([*words, "--lang", "en"]) in (ExitCode.DONE, ExitCode.FAILED)
     content = json.loads((build / "grade" / "partial" / "results.json").read_text(encoding="utf-8"))

@@ -11,6 +11,7 @@ import pytest
 from grader.course.exercises import CORE, ROOT
 from grader.lab import Core
 from grader.lab.cells import check
+from grader.tests.support.outputs import outputs
 
 Edit = Callable[[str, str, str], None]
 
@@ -23,10 +24,7 @@ def folder(tmp_path: Path, cache: Path, monkeypatch: pytest.MonkeyPatch) -> Iter
     for path in (ROOT / "reference").glob("*.[ch]"):
         shutil.copyfile(path, place / path.name)
     monkeypatch.setenv("MRT_CORE", str(place))
-    build = tmp_path / "build"
-    build.mkdir()
-    (build / "cache").symlink_to(cache)
-    monkeypatch.setenv("BUILD", str(build))
+    monkeypatch.setenv("BUILD", str(outputs(tmp_path / "build", cache)))
     monkeypatch.setenv("MRT_LANG", "en")
     yield place
     check.JUDGE.close()

@@ -25,6 +25,7 @@ from grader.course.texts import LANGUAGES, Texts
 from grader.evaluation.grading import grade
 from grader.evaluation.records import Finding, Outcome
 from grader.report import junit
+from grader.tests.support.outputs import outputs
 from grader.tests.support.reports import HOSTILE, PNG, every_outcome
 
 SCHEMA = json.loads((PACKAGE / "report" / "results.schema.json").read_text(encoding="utf-8"))
@@ -211,10 +212,7 @@ def run(
     """Return a function that grades one exercise of a folder, with further options (-k: others)."""
 
     def grade(folder: Path, *words: str) -> tuple[int, dict[str, Any], str]:
-        build = tmp_path / "build"
-        build.mkdir(exist_ok=True)
-        if not (build / "cache").exists():
-            (build / "cache").symlink_to(cache)
+        build = outputs(tmp_path / "build", cache)
         arguments = ["grade", str(folder), "--build", str(build), "-k", "fill_red", *words]
         code = commands.main([*arguments, "--lang", "en"])
         path = build / "grade" / "partial" / "results.json"

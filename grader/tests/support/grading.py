@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from grader.course.exercises import ROOT
+from grader.tests.support.outputs import outputs
 
 SECONDS = 180  # a grade that takes longer is stuck
 
@@ -51,9 +52,7 @@ def grade(
 
     Outputs go to `build`, where a TP or a keyword among the words makes it a partial run.
     """
-    build.mkdir(exist_ok=True)
-    if not (build / "cache").exists():
-        (build / "cache").symlink_to(cache)
+    outputs(build, cache)
     environment = {k: v for k, v in os.environ.items() if k not in ("MRT_LANG", "CC")}
     command = [sys.executable, "-m", "grader", "grade", str(folder), "--build", str(build), *words]
     done = subprocess.run(
