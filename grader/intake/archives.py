@@ -28,6 +28,7 @@ from pathlib import Path, PurePosixPath
 
 from grader.course.message import UserError
 from grader.intake import tar_stream
+from grader.intake.file_names import original
 
 MAX_FILE_BYTES = 1_000_000
 MAX_ENTRIES = 10_000  # files and folders looked at, C or not
@@ -54,7 +55,7 @@ _END, _END_BYTES, _LOCATOR, _LOCATOR_BYTES = b"PK\5\6", 22, b"PK\6\7", 20
 
 # The content of a file, or the key of its problem; "" where there is none.
 Content = tuple[bytes, str]
-_Read = Callable[[], Content]
+_Read = Callable[[int], Content]
 
 
 class SubmissionError(UserError):
@@ -71,6 +72,7 @@ class Entry:
     modified: float = 0.0  # seconds since the epoch
     size: int = 0  # as it is claimed: no more is ever read
     problem: str = ""
+    other: bool = False  # neither C nor AUTEURS.txt: nothing that is judged
 
 
 # What is found: the entry, and how it is read; None for a folder.
@@ -78,7 +80,10 @@ _Found = Iterator[tuple[Entry, _Read | None]]
 
 
 def entries(path: Path) -> Iterator[Entry]:
-    """List C files, AUTEURS.txt and what is unsafe. Raises SubmissionError, with the cure."""
+    """List C files, AUTEURS.txt, what is unsafe, and the names of the others.
+
+    Raises SubmissionError, with the cure.
+    """
     seen: set[PurePosixPath] = set()
     for entry, read in _looked_at(path):
         if entry.problem in ENDS:
@@ -87,24 +92,31 @@ def entries(path: Path) -> Iterator[Entry]:
             continue
         elif entry.path in seen:
             yield Entry(entry.path, problem="twice")
-        elif entry.problem or _is_listed(entry.path):
+        elif entry.problem or is_listed(entry.path):
             seen.add(entry.path)
-            yield replace(entry, problem=_problem(entry))
+            yield replace(entry, problem=_problem(entry, MAX_FILE_BYTES))
+        else:
+            yield Entry(entry.path, other=True)
 
 
-def contents(path: Path, wanted: Collection[PurePosixPath]) -> dict[PurePosixPath, Content]:
-    """Read files by the paths that `entries` gave them. Raises SubmissionError."""
+def contents(
+    path: Path, wanted: Collection[PurePosixPath], most: int = MAX_FILE_BYTES
+) -> dict[PurePosixPath, Content]:
+    """Read files by the paths that `entries` gave them, of at most so many bytes each.
+
+    Raises SubmissionError.
+    """
     found: dict[PurePosixPath, Content] = {}
     for entry, read in _looked_at(path):
         if len(found) == len(wanted):
             break
         if read and entry.path in wanted and entry.path not in found:
-            problem = _problem(entry)
-            found[entry.path] = (b"", problem) if problem else _content(read)
+            problem = _problem(entry, most)
+            found[entry.path] = (b"", problem) if problem else _content(read, most)
     return found
 
 
-def read_file(path: Path) -> Content:
+def read_file(path: Path, most: int = MAX_FILE_BYTES) -> Content:
     """Read a regular file, never through a link; return its content, or the problem."""
     try:
         if problem := _kind(path.lstat().st_mode):
@@ -112,8 +124,8 @@ def read_file(path: Path) -> Content:
         # The file may have been replaced since: no link is followed, no pipe waited for.
         handle = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
         with os.fdopen(handle, "rb") as file:
-            content = file.read(MAX_FILE_BYTES + 1)
-        return (b"", "large") if len(content) > MAX_FILE_BYTES else (content, "")
+            content = file.read(most + 1)
+        return (b"", "large") if len(content) > most else (content, "")
     except OSError:
         return b"", "closed"
 
@@ -136,13 +148,13 @@ def zip_time(each: zipfile.ZipInfo) -> float:
         return 0.0
 
 
-def _problem(entry: Entry) -> str:
-    return entry.problem or ("large" if entry.size > MAX_FILE_BYTES else "")
+def _problem(entry: Entry, most: int) -> str:
+    return entry.problem or ("large" if entry.size > most else "")
 
 
-def _content(read: _Read) -> Content:
+def _content(read: _Read, most: int) -> Content:
     try:
-        return read()
+        return read(most)
     except (*_DAMAGE, OSError):
         return b"", "damaged"
 
@@ -154,8 +166,10 @@ def _kind(mode: int) -> str:
     return "" if stat.S_ISREG(mode) else "special"
 
 
-def _is_listed(path: PurePosixPath) -> bool:
-    return path.suffix in (*CODE, *CXX_CODE) or path.name.lower() == AUTHORS
+def is_listed(path: PurePosixPath | Path) -> bool:
+    """Say whether a file may be judged, or say who made it, by its name."""
+    name = original(path.name).lower()
+    return name.endswith((*CODE, *CXX_CODE)) or name == AUTHORS
 
 
 def _looked_at(path: Path) -> _Found:
@@ -199,7 +213,7 @@ def _folder(top: Path) -> _Found:
             path = Path(folder, name)
             with suppress(OSError):
                 found = path.lstat()
-                problem = _kind(found.st_mode) if _is_listed(PurePosixPath(name)) else ""
+                problem = _kind(found.st_mode) if is_listed(PurePosixPath(name)) else ""
                 entry = Entry(place / name, sane_date(found.st_mtime), found.st_size, problem)
                 yield entry, partial(read_file, path)
 
@@ -247,10 +261,10 @@ def _zip(path: Path) -> _Found:
             yield entry, None if is_folder else partial(_unzipped, archive, each)
 
 
-def _unzipped(archive: zipfile.ZipFile, each: zipfile.ZipInfo) -> Content:
+def _unzipped(archive: zipfile.ZipFile, each: zipfile.ZipInfo, most: int) -> Content:
     """Unpack an entry; the library goes no further than where it claims to end."""
     with archive.open(each) as file:
-        return file.read(), ""
+        return file.read(most), ""
 
 
 def _tar(path: Path) -> _Found:
@@ -260,7 +274,7 @@ def _tar(path: Path) -> _Found:
                 problem = "" if member.isreg() else "special"
                 problem = "link" if member.issym() or member.islnk() else problem
                 entry = _named(member.name, member.mtime, member.size, problem)
-                yield entry, None if member.isdir() else partial(read, MAX_FILE_BYTES)
+                yield entry, None if member.isdir() else read
         except tarfile.ReadError as error:
             raise SubmissionError("submission.not_an_archive", path=path) from error
         except tar_stream.TooLongError as error:

@@ -31,8 +31,11 @@ _NUMBER = re.compile(r"[A-Za-z]{0,3}\d{4,15}[A-Za-z]?")
 _SEPARATOR = re.compile(r"\s*[,;\t|]\s*")
 _INVISIBLE = re.compile("[\ufeff\u200b\u200e\u200f]")  # pasted with a name
 # Letters without an accent to take off.
-_LETTERS = str.maketrans(
-    {"œ": "oe", "Œ": "OE", "æ": "ae", "Æ": "AE", "ß": "ss", "ø": "o", "Ø": "O", "ł": "l", "Ł": "L"}
+LETTERS = str.maketrans(
+    {
+        **{"œ": "oe", "Œ": "OE", "æ": "ae", "Æ": "AE", "ß": "ss", "ø": "o", "Ø": "O"},
+        **{"ł": "l", "Ł": "L", "đ": "d", "Đ": "D", "ı": "i"},
+    }
 )
 
 
@@ -137,6 +140,6 @@ def _remarks(person: Person, before: list[Person], line: int) -> list[Message]:
 
 def _plain(name: str) -> str:
     """Return a name as letters and digits of ASCII: the base letter of an accented one."""
-    apart = unicodedata.normalize("NFKD", name.translate(_LETTERS))
+    apart = unicodedata.normalize("NFKD", name.translate(LETTERS))
     letters = apart.encode("ascii", "ignore").decode()
     return re.sub(r"[^A-Za-z0-9]+", "-", letters).strip("-")

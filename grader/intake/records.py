@@ -24,6 +24,14 @@ class Refusal:
 
 
 @dataclass(frozen=True)
+class Renaming:
+    """A file that a browser or a system has renamed, and the name under which it is read."""
+
+    path: str
+    name: str
+
+
+@dataclass(frozen=True)
 class Submission:
     """The C files of a submission that are judged, by name; and what was found around them."""
 
@@ -37,3 +45,5 @@ class Submission:
     nearby: tuple[Source, ...] = ()  # other versions of the student's files, close to the folder
     in_place: bool = False  # it is core_c itself: the originals are in the package
     authors: bytes = b""  # the content of its AUTEURS.txt
+    renamed: tuple[Renaming, ...] = ()  # files read under the name that they had
+    unread: tuple[str, ...] = ()  # files that are no part of what is judged

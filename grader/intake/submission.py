@@ -10,12 +10,15 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path, PurePosixPath
 
 from grader.course import exercises
 from grader.intake import archives, originals
 from grader.intake.archives import CXX_CODE, Content, Entry, SubmissionError
-from grader.intake.records import Refusal, Source, Submission
+from grader.intake.authors import NAME
+from grader.intake.file_names import original
+from grader.intake.records import Refusal, Renaming, Source, Submission
 
 # Of one submission: what is read, compiled and kept of it.
 MAX_FILES = 100
@@ -39,11 +42,12 @@ def read_submission(path: Path, *, look_around: bool = False) -> Submission:
     `look_around` looks for other versions of them close to the folder: for a person's own work
     only. Raises SubmissionError when there is nothing to judge, or more than one candidate.
     """
-    found = list(archives.entries(path))
+    listed = list(archives.entries(path))
+    found = [each for each in listed if not each.other]
     place = _candidate(found, path)
     rules = exercises.load()
-    own = {each.path.name: each for each in found if _is_beside(each, place)}
-    authors = next(filter(_is_authors, [*own.values(), *found]), None)
+    own, renamed = _as_ours([each for each in found if _is_beside(each, place)])
+    authors = own.get(NAME) or next(filter(_is_authors, found), None)
     wanted, refused = _within_budget(own, authors)
     read = archives.contents(path, wanted)
     texts = {name: read[each.path] for name, each in own.items() if each.path in read}
@@ -59,7 +63,8 @@ def read_submission(path: Path, *, look_around: bool = False) -> Submission:
         for name in rules.given
         if name in texts or in_place
     }
-    sources = [_source(own[name], path) for name in rules.student if name in taken]
+    sources = [_source(name, own[name], path) for name in rules.student if name in taken]
+    beside = {*own.values(), authors}
     return Submission(
         name=_name(path),
         files=taken,
@@ -71,18 +76,18 @@ def read_submission(path: Path, *, look_around: bool = False) -> Submission:
         nearby=tuple(_nearby(path / place, taken)) if look_around and path.is_dir() else (),
         in_place=in_place,
         authors=read[authors.path][0] if authors and authors.path in read else b"",
+        renamed=tuple(renamed),
+        unread=tuple(_shown(each) for each in listed if not each.problem and each not in beside),
     )
 
 
 def _candidate(found: Sequence[Entry], path: Path) -> PurePosixPath:
     """Return the one folder that holds student's files: the top when it does, or else the only."""
-    rules = exercises.load()
-    folders = {
-        each.path.parent
-        for each in found
-        if each.path.name in rules.student and each.problem != "outside"
-    }
-    names = ", ".join(rules.student)
+    student = exercises.load().student
+    safe = [each.path for each in found if each.problem != "outside"]
+    folders = {each.parent for each in safe if each.name in student}
+    folders = folders or {each.parent for each in safe if original(each.name).lower() in student}
+    names = ", ".join(student)
     if not folders:
         raise SubmissionError(_why_nothing(found), path=path, names=names)
     if _TOP in folders:
@@ -91,6 +96,24 @@ def _candidate(found: Sequence[Entry], path: Path) -> PurePosixPath:
         listed = ", ".join(sorted(map(str, folders))[:6])
         raise SubmissionError("submission.several", path=path, folders=listed)
     return folders.pop()
+
+
+def _as_ours(entries: Sequence[Entry]) -> tuple[dict[str, Entry], list[Renaming]]:
+    """Return the files of a folder by the names that they had before anything renamed them.
+
+    A file under its own name is the one; between copies nothing is chosen.
+    """
+    own = {each.path.name: each for each in entries}
+    renamed = []
+    for name in (*exercises.load().student, NAME):
+        copies = [each for each in entries if original(each.path.name).lower() == name.lower()]
+        if name in own or not copies:
+            continue
+        first = own.pop(copies[0].path.name)
+        own[name] = replace(first, problem="copies") if len(copies) > 1 else first
+        if not _is_authors(first):
+            renamed.append(Renaming(_shown(first), name))
+    return own, renamed
 
 
 def _why_nothing(found: Sequence[Entry]) -> str:
@@ -140,11 +163,13 @@ def _sorted_out(
     refused: list[Refusal] = []
     converted: list[str] = []
     for name, each in own.items():
-        if name in (*rules.given, *rules.ungraded, SHIM) or _is_authors(each):
+        if name in (*rules.given, *rules.ungraded, SHIM):
             continue
         if not each.problem and name not in texts:
             continue  # beyond the budget, which is told
         content, unread = texts.get(name, (b"", each.problem))
+        if name == NAME and not unread:
+            continue
         text, problem = _as_text(content)
         problem = unread or _wrong_name(name) or problem
         if problem:
@@ -202,9 +227,9 @@ def _name(path: Path) -> str:
     return os.fsencode(name).decode(errors="replace")
 
 
-def _source(entry: Entry, path: Path) -> Source:
+def _source(name: str, entry: Entry, path: Path) -> Source:
     inside = f"{path} : {entry.path}" if path.is_file() else os.path.normpath(path / entry.path)
-    return Source(entry.path.name, str(inside), entry.modified)
+    return Source(name, str(inside), entry.modified)
 
 
 def _changed(given: Mapping[str, bytes], handed_out: Mapping[str, bytes]) -> Iterator[str]:
