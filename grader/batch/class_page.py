@@ -5,6 +5,8 @@ Without `names` it can be shown in a lecture: pseudonyms, and no link to a stude
 
 from __future__ import annotations
 
+import json
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -26,16 +28,22 @@ def render(
     marks: Sequence[Mark],
     graded: Mapping[str, Graded],
     course: Course,
-    names: bool,
+    hidden: Mapping[str, str] | None,
     texts: Texts,
     folder: Path,
 ) -> str:
-    """Return the page of a class; `folder` holds those of the students, with their pictures."""
+    """Return the page of a class; `folder` holds those of the students, with their pictures.
+
+    `hidden` are the pseudonyms of the submissions; without, the page has names.
+    """
     made = page.environment(texts, TEMPLATES, "class.css", "class.js")
-    rows = _rows(marks, graded, names, texts)
+    names, scale = hidden is None, course.marks.scale
+    rows = _rows(marks, graded, hidden, texts)
+    rows = rows if names else sorted(rows, key=lambda row: str(row["name"]))
     return made.get_template("class.html").render(
-        numbers=statistics.of(marks, graded, course.marks.scale, texts.language),
-        scale=course.marks.scale,
+        numbers=statistics.of(marks, graded, scale, texts.language),
+        scale=scale,
+        title=_titles(graded, folder),
         failures=[each for each in rows if each["error"]],
         waiting=[each for each in rows if each["mark"] is None and not each["error"]],
         rows=rows,
@@ -45,11 +53,37 @@ def render(
     )
 
 
+def shown_names(marks: Sequence[Mark]) -> dict[Mark, str]:
+    """Return the name of each person as it is shown: namesakes have their number beside it."""
+    names = Counter(each.member.name for each in marks)
+    found = {}
+    for each in marks:
+        member = each.member
+        number = member.number or member.moodle or member.submission
+        alone = names[member.name] == 1 or not number
+        found[each] = member.name if alone else f"{member.name} ({number})"
+    return found
+
+
+def _titles(graded: Mapping[str, Graded], folder: Path) -> dict[str, str]:
+    """Return the titles of the checks, in the language in which submissions were graded."""
+    for name, known in graded.items():
+        path = folder / name / "results.json"
+        if known.results and path.is_file():
+            content = json.loads(path.read_text(encoding="utf-8"))
+            return {each["id"]: each["title"] for each in content["checks"]}
+    return {}
+
+
 def _rows(
-    marks: Sequence[Mark], graded: Mapping[str, Graded], names: bool, texts: Texts
+    marks: Sequence[Mark],
+    graded: Mapping[str, Graded],
+    hidden: Mapping[str, str] | None,
+    texts: Texts,
 ) -> list[dict[str, Any]]:
-    """Return a line for each person; when pseudonymous, in an order that tells nothing."""
-    hidden = grades_csv.pseudonyms(marks)
+    """Return a line for each person; with pseudonyms, nothing that says who it is."""
+    names = hidden is None
+    shown = shown_names(marks)
     rows = []
     for each in marks:
         name = each.member.submission
@@ -59,7 +93,7 @@ def _rows(
         link = f"{STUDENTS}/{quote(name)}/{page.NAME}" if names and results else ""
         rows.append(
             {
-                "name": each.member.name if names else hidden.get(name, "-"),
+                "name": shown[each] if hidden is None else hidden.get(name, "-"),
                 "folder": name,
                 "link": link,
                 "mark": each.value,
@@ -71,7 +105,7 @@ def _rows(
                 "error": each.error,
             }
         )
-    return rows if names else sorted(rows, key=lambda row: str(row["name"]))
+    return rows
 
 
 def _pictures(rows: Sequence[Mapping[str, Any]], folder: Path) -> list[dict[str, str]]:

@@ -15,6 +15,8 @@ from rich.console import Console
 
 from grader.batch import cluster, outputs, pool
 from grader.batch.discovery import discover
+from grader.batch.last_run import person_of
+from grader.batch.preparation import Asked, beside, prepare
 from grader.batch.progress import Meter
 from grader.batch.records import BatchError, Graded, GradedFiles, Settings, Task
 from grader.batch.results_folder import ResultsFolder, StoredResult
@@ -65,19 +67,24 @@ def _batch(options: argparse.Namespace, texts: Texts) -> int:
         options.gallery,
     )
     with ResultsFolder(options.out) as results:
+        unpacked = results.work / "unpacked"
         with results.writing(results.out):
-            candidates = discover(options.path.absolute(), results.work / "unpacked", results.out)
-        readings = [read_candidate(each, settings) for each in candidates]
-        graded = _grade(readings, results, options, settings, texts)
-        asked = outputs.Asked(options.path, rules, options.worksheet, options.names)
-        told = outputs.write_all(results, readings, graded, asked, texts)
+            found = discover(options.path.absolute(), unpacked, results.out)
+            readers = [read_candidate(each, settings, unpacked) for each in found.candidates]
+        asked = Asked(options.path, rules, options.worksheet, options.names)
+        prepared = prepare(readers, found.strays, asked)
+        results.claim([person_of(each) for each in prepared.people])
+        for each in prepared.notices:
+            sys.stderr.write(f"{texts.say(each.key, **each.values)}\n")
+        graded = _grade(readers, results, options, settings, texts)
+        told = outputs.write_all(results, prepared, graded, texts)
     sys.stdout.write("".join(f"{line}\n" for line in told.lines))
     return ExitCode.FAILED if told.failed else ExitCode.DONE
 
 
 def _course(path: Path) -> Course:
     """Return the settings, those beside the submissions first. Raises ManifestError."""
-    own = outputs.beside(path) / course.COURSE.name
+    own = beside(path) / course.COURSE.name
     rules = course.load()
     return course.beside(rules, own) if own.is_file() else rules
 

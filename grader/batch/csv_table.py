@@ -14,6 +14,7 @@ from grader.batch.records import BatchError
 MAX_BYTES = 20_000_000
 _BOM = b"\xef\xbb\xbf"
 _DELIMITERS = ",;\t"
+_ANNOUNCED = re.compile(r'"?sep=(.)"?[ \t]*\r?\n', re.IGNORECASE)  # by Excel, for Excel
 _NUMBER = re.compile(r"-?\d+(?:[.,]\d+)?")
 
 
@@ -39,14 +40,40 @@ def read(path: Path) -> Sheet:
         raise BatchError("batch.cannot_read", path=path, error=error.strerror) from error
     if len(content) > MAX_BYTES:
         raise BatchError("batch.not_a_table", path=path)
-    bom = content.startswith(_BOM)
-    encoding = "utf-8"
-    try:
-        text = content.removeprefix(_BOM).decode("utf-8")
-    except UnicodeDecodeError:
-        text, encoding = content.decode("cp1252", errors="replace"), "cp1252"
+    text, encoding, bom = _decoded(content)
+    delimiter, before = "", 0
+    if announced := _ANNOUNCED.match(text):
+        delimiter, before, text = announced[1], 1, text[announced.end() :]
     first = text.splitlines()[0] if text.strip() else ""
-    delimiter = max(_DELIMITERS, key=first.count)
+    outside = re.sub(r'"[^"]*"', "", first)
+    delimiter = delimiter or max(_DELIMITERS, key=outside.count)
+    rows, lines = _rows(text, delimiter, path)
+    newline = "\r\n" if "\r\n" in text else "\n"
+    header = tuple(each.strip() for each in rows[0])
+    quoted = first.count('"') >= 2 * len(header)
+    places = tuple(line + before for line in lines[1:])
+    return Sheet(header, tuple(rows[1:]), places, delimiter, bom, newline, encoding, quoted)
+
+
+def _decoded(content: bytes) -> tuple[str, str, bool]:
+    """Return a text, the encoding in which it is written back, and whether with UTF-8's mark."""
+    if content.startswith(_BOM):
+        return content.removeprefix(_BOM).decode("utf-8", errors="replace"), "utf-8", True
+    wide = ""
+    if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        wide = "utf-16"
+    elif b"\0" in content[:2]:
+        wide = "utf-16-be" if content[:1] == b"\0" else "utf-16-le"
+    if wide:  # Excel's "Unicode text", which platforms do not read
+        return content.decode(wide, errors="replace"), "utf-8", True
+    try:
+        return content.decode("utf-8"), "utf-8", False
+    except UnicodeDecodeError:
+        return content.decode("cp1252", errors="replace"), "cp1252", False
+
+
+def _rows(text: str, delimiter: str, path: Path) -> tuple[list[tuple[str, ...]], list[int]]:
+    """Return the rows of a table, the header too, and the lines where they begin."""
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter)
     rows, lines, line = [], [], 1
     try:
@@ -58,12 +85,7 @@ def read(path: Path) -> Sheet:
         raise BatchError("batch.not_a_table", path=path) from error
     if not rows:
         raise BatchError("batch.not_a_table", path=path)
-    newline = "\r\n" if "\r\n" in text else "\n"
-    header = tuple(each.strip() for each in rows[0])
-    quoted = first.count('"') >= 2 * len(header)
-    return Sheet(
-        header, tuple(rows[1:]), tuple(lines[1:]), delimiter, bom, newline, encoding, quoted
-    )
+    return rows, lines
 
 
 def written(sheet: Sheet) -> bytes:
@@ -83,21 +105,26 @@ def written(sheet: Sheet) -> bytes:
 
 def inert(text: str) -> str:
     """Return text as a cell that a spreadsheet shows and does not run, on one line."""
-    plain = "".join(each if each.isprintable() else " " for each in text).strip()
-    if _NUMBER.fullmatch(plain):
-        return plain
-    return f"'{plain}" if plain[:1] in ("=", "+", "-", "@", "|", "%") else plain
+    line = "".join(each if each.isprintable() else " " for each in text).strip()
+    if _NUMBER.fullmatch(line):
+        return line
+    return f"'{line}" if line[:1] in ("=", "+", "-", "@", "|", "%") else line
 
 
 def number(text: str) -> float | None:
     """Return a number written with a comma or a point; None when it is none."""
-    plain = re.sub(r"[\s\u00a0\u202f]", "", text)
-    return float(plain.replace(",", ".")) if _NUMBER.fullmatch(plain) else None
+    digits = re.sub(r"[\s\u00a0\u202f]", "", text)
+    return float(digits.replace(",", ".")) if _NUMBER.fullmatch(digits) else None
 
 
 def column(header: Sequence[str], names: Sequence[str]) -> int:
     """Return the index of the column of one of these names, in small letters; -1 without."""
     for at, each in enumerate(header):
-        if each.casefold() in names:
+        if plain(each) in names:
             return at
     return -1
+
+
+def plain(heading: str) -> str:
+    """Return a heading in small letters, with a typewriter's apostrophes and spaces."""
+    return " ".join(heading.casefold().replace("\u2019", "'").split())

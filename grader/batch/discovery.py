@@ -8,106 +8,137 @@ name.
 from __future__ import annotations
 
 import os
-import re
 import shutil
 import unicodedata
-from collections.abc import Iterator, Mapping, Sequence
-from pathlib import Path
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path, PurePosixPath
 
 from grader.batch import moodle_archive
+from grader.batch.contents import refusals, some
+from grader.batch.moodle_archive import FOLDER, Left
 from grader.batch.records import BatchError, Candidate
 from grader.course import exercises
 from grader.course.message import Message
 from grader.intake import archives
+from grader.intake.file_names import original
 from grader.intake.records import Refusal
 
-MAX_LABEL = 80  # characters
+MAX_NAME = 80  # characters
 MAX_LISTED = 6
-_MOODLE = re.compile(
-    r"(?P<label>.+?)_(?P<number>\d+)_assignsubmission_(?P<plugin>[a-z]+)(?:_(?P<rest>.*))?"
-)
+_BESIDE = (".csv", ".toml")  # worksheet, manual.csv, course.toml: read, or told, by others
 
 
-def discover(path: Path, work: Path, leave: Path) -> list[Candidate]:
+@dataclass(frozen=True)
+class Found:
+    """The candidates, and the files that are none."""
+
+    candidates: list[Candidate]
+    strays: list[str]
+
+
+def discover(path: Path, work: Path, leave: Path) -> Found:
     """Return the submissions of a folder or a Moodle archive, by name.
 
     Archives are taken apart below `work`; `leave` is no submission (the folder of results). Raises
     BatchError, OSError.
     """
+    search = _Search(work, leave)
     if path.is_dir():
-        return _unique(_in_folder(path, work, leave, {}))
-    if not path.is_file():
+        search.folder(path, Left())
+    elif not path.is_file():
         raise BatchError("batch.no_submissions", path=path)
-    if not _is_moodle(path):
+    elif not _is_moodle(path):
         raise BatchError("batch.not_moodle", path=path)
-    return _unique(_in_archive(path, work, leave))
+    else:
+        search.archive(path)
+    return Found(_unique(search.candidates), search.strays)
 
 
 def _is_moodle(path: Path) -> bool:
-    return any(_MOODLE.match(each.split("/")[0]) for each in moodle_archive.names(path))
+    return any(FOLDER.match(each.split("/")[0]) for each in moodle_archive.names(path))
 
 
-def _in_archive(path: Path, work: Path, leave: Path) -> list[Candidate]:
-    folder = work / f"from-{_safe(path.name)}"
-    folder.mkdir(parents=True)
-    refused = moodle_archive.unpack(path, folder)
-    return _in_folder(folder, work, leave, refused)
+@dataclass
+class _Search:
+    """Looks through folders and archives."""
+
+    work: Path
+    leave: Path
+    candidates: list[Candidate] = field(default_factory=list)
+    strays: list[str] = field(default_factory=list)
+
+    def archive(self, path: Path) -> None:
+        """Look through a Moodle archive."""
+        folder = self.work / f"from-{_safe(path.name)}"
+        folder.mkdir(parents=True)
+        self.folder(folder, moodle_archive.unpack(path, folder))
+
+    def folder(self, top: Path, left: Left) -> None:
+        """Look through a folder: a candidate for each child, or participant of Moodle's."""
+        parts: dict[tuple[str, str], list[Path]] = {}
+        names = {*(each.name for each in top.iterdir()), *left.refused, *left.unread}
+        for path in (top / name for name in sorted(names)):
+            if self._is_nobody(path):
+                continue
+            if moodle := FOLDER.fullmatch(path.name):
+                parts.setdefault((moodle["label"], moodle["number"] or ""), []).append(path)
+            elif path.is_symlink() or path.is_dir() or path.name in left.refused:
+                self._alone(path.name, path, left)
+            elif path.is_file() and moodle_archive.is_archive(path):
+                self._packed(path, left)
+            elif path.suffix not in _BESIDE:
+                self.strays.append(path.name)
+        for (label, number), paths in parts.items():
+            places = _gathered(paths, self.work / f"loose-{_safe(label)}-{number}", left)
+            found = _candidate(label, places, [each.name for each in paths], left)
+            name = f"{found.name}_{number}" if number else found.name
+            self.candidates.append(replace(found, name=name, number=number, moodle=True))
+
+    def _is_nobody(self, path: Path) -> bool:
+        hidden = path.name.startswith(".") or moodle_archive.is_system(path)
+        return hidden or path.absolute() == self.leave.absolute()
+
+    def _alone(self, label: str, path: Path, left: Left) -> None:
+        self.candidates.append(_candidate(label, [path], [path.name], left))
+
+    def _packed(self, path: Path, left: Left) -> None:
+        if path.suffix == ".zip" and _is_moodle(path):
+            self.archive(path)
+        else:
+            self._alone(_stem(path.name), path, left)
 
 
-def _in_folder(
-    top: Path, work: Path, leave: Path, refused: Mapping[str, list[Refusal]]
-) -> list[Candidate]:
-    """Return the submissions of a folder: one for each child, or participant of Moodle's."""
-    found: list[Candidate] = []
-    parts: dict[tuple[str, str], list[Path]] = {}
-    children = {each.name: each for each in sorted(top.iterdir(), key=lambda each: each.name)}
-    for name in sorted({*children, *refused}):
-        path = top / name
-        if name.startswith(".") or path.absolute() == leave.absolute():
-            continue
-        if moodle := _MOODLE.fullmatch(name):
-            parts.setdefault((moodle["label"], moodle["number"]), []).append(path)
-        elif path.is_symlink() or path.is_dir():
-            found.append(_candidate(name, "", [path], refused))
-        elif path.is_file() and moodle_archive.is_archive(path):
-            if path.suffix == ".zip" and _is_moodle(path):
-                found += _in_archive(path, work, leave)
-            else:
-                found.append(_candidate(_stem(name), "", [path], refused))
-    for (label, number), paths in parts.items():
-        found.append(_candidate(label, number, _gathered(paths, work, number), refused))
-    return found
+def _gathered(paths: Sequence[Path], folder: Path, left: Left) -> list[Path]:
+    """Return the places of one participant's files; what is not taken of them goes to `left`.
 
-
-def _gathered(paths: Sequence[Path], work: Path, number: str) -> list[Path]:
-    """Return the places of one participant's files; those beside each other get a folder.
-
-    Moodle can be told to put no folder for each: every file then bears the participant's name.
+    Moodle can be told to put no folder for each: every file then bears the participant's name; they
+    get a folder together.
     """
-    loose = [each for each in paths if each.is_file() and not each.is_symlink()]
-    places = [each for each in paths if each not in loose]
-    if not loose:
-        return places
-    folder = work / f"loose-{number}"
-    folder.mkdir(parents=True, exist_ok=True)
+    loose = [each for each in paths if not each.is_dir() and not each.is_symlink()]
+    if loose:
+        folder.mkdir(parents=True, exist_ok=True)
     for path in loose:
-        found = _MOODLE.fullmatch(path.name)
+        found = FOLDER.fullmatch(path.name)
         rest = (found["rest"] if found else "") or path.name
-        if moodle_archive.is_wanted(Path(rest)) and not (folder / rest).exists():
+        if not path.is_file():
+            continue
+        if not moodle_archive.is_wanted(path):
+            left.unread.setdefault(path.name, []).append(".")
+        elif (folder / rest).exists():
+            left.refused.setdefault(path.name, []).append(Refusal(rest, "twice"))
+        else:
             shutil.copy2(path, folder / rest)
-    return [*places, folder]
+    return [*(each for each in paths if each not in loose), *([folder] if loose else [])]
 
 
-def _candidate(
-    label: str, number: str, paths: Sequence[Path], refused: Mapping[str, list[Refusal]]
-) -> Candidate:
-    label = _safe(label)
-    name = f"{label}_{number}" if number else label
-    remarks = tuple(
-        Message("batch.refused", {"path": each.path, "reason": Message(f"refused.{each.reason}")})
-        for path in paths
-        for each in refused.get(path.name, [])[:MAX_LISTED]
-    )
+def _candidate(label: str, paths: Sequence[Path], names: Sequence[str], left: Left) -> Candidate:
+    """Return the candidate of the places of a submission, which have these names in an archive."""
+    refused = [each for name in names for each in left.refused.get(name, [])]
+    remarks = list(refusals(refused))
+    unread = [each for name in names for each in _unread(name, left)]
+    if unread:
+        remarks.append(Message("batch.unread", {"names": some(unread)}))
     sources = [each for path in paths for each in _sources(path)]
     problem = None
     if not sources:
@@ -117,8 +148,29 @@ def _candidate(
     elif len(sources) > 1:
         listed = ", ".join(each.name for each in sources[:MAX_LISTED])
         problem = Message("batch.several", {"places": listed})
+    elif lost := _lost(refused):
+        problem = Message("batch.unreadable", {"names": ", ".join(lost)})
     path = sources[0] if sources else paths[0]
-    return Candidate(name, label, path, number, problem, remarks)
+    label = _safe(label)
+    return Candidate(label[:MAX_NAME].strip(" .") or "-", label, path, "", problem, tuple(remarks))
+
+
+def _lost(refused: Sequence[Refusal]) -> list[str]:
+    """Return what of a submission Moodle's archive has and could not give: it is not whole."""
+    wanted = (*exercises.load().student, archives.AUTHORS)
+    names = [PurePosixPath(each.path).name for each in refused]
+    return [
+        each
+        for each in dict.fromkeys(names)
+        if original(each).casefold() in wanted or moodle_archive.is_archive(Path(each))
+    ]
+
+
+def _unread(name: str, left: Left) -> list[str]:
+    """Return the files of a place that Moodle's archive has and that nobody has unpacked."""
+    found = FOLDER.fullmatch(name)
+    rest = (found["rest"] if found else "") or name
+    return [rest if each == "." else each for each in left.unread.get(name, [])]
 
 
 def _sources(path: Path) -> Iterator[Path]:
@@ -133,7 +185,7 @@ def _sources(path: Path) -> Iterator[Path]:
     for seen, file in enumerate(_files(path)):
         if seen >= archives.MAX_ENTRIES:
             break
-        held = held or file.name in student
+        held = held or original(file.name).casefold() in student
         if moodle_archive.is_archive(file):
             packed.append(file)
     if held:
@@ -163,7 +215,7 @@ def _safe(name: str) -> str:
     text = "".join(
         each if each.isprintable() and each not in '/\\:*?"<>|' else "-" for each in text
     )
-    return text.strip(" .")[:MAX_LABEL] or "-"
+    return text.strip(" .") or "-"
 
 
 def _unique(found: Sequence[Candidate]) -> list[Candidate]:
@@ -174,7 +226,5 @@ def _unique(found: Sequence[Candidate]) -> list[Candidate]:
         while name.casefold() in taken:
             count += 1
             name = f"{each.name} ({count})"
-        taken[name.casefold()] = Candidate(
-            name, each.label, each.path, each.number, each.problem, each.remarks
-        )
+        taken[name.casefold()] = replace(each, name=name)
     return sorted(taken.values(), key=lambda each: each.name)

@@ -15,8 +15,8 @@ from pathlib import Path
 
 from grader.batch import csv_table
 from grader.batch.csv_table import Sheet
+from grader.batch.names import key_of
 from grader.batch.records import BatchError, ManualMark, Member
-from grader.batch.roster import key_of
 
 NAME = "manual.csv"
 _WHO = ("who", "qui")
@@ -80,12 +80,18 @@ def _points(cell: str, column: str, path: Path, line: int) -> float:
 
 
 def _meant(who: str, members: Sequence[Member], path: Path, line: int) -> list[Member]:
-    """Return those whom a line is about: by number, by submission, or by name."""
-    found = [each for each in members if who and who in (each.number, each.moodle)]
-    found = found or [each for each in members if who and who == each.submission]
-    found = found or [each for each in members if who and key_of(who) == key_of(each.name)]
+    """Return those whom a line is about: one person by number or by name, or a submission's."""
+    numbered = [each for each in members if who and who in (each.number, each.moodle)]
+    theirs = [each for each in members if who and who == each.submission and not each.unsettled]
+    named = [each for each in members if key_of(who) and key_of(who) == key_of(each.name)]
+    if numbered:
+        found = numbered[:1]
+        doubtful = len(numbered) > 1
+    else:
+        found = theirs or named[:1]
+        doubtful = not set(named) <= set(theirs) if theirs else len(named) > 1
     if not found:
         raise BatchError("batch.manual_nobody", path=path, line=line, who=who)
-    if len(found) > 1 and len({each.submission for each in found}) > 1:
+    if doubtful:
         raise BatchError("batch.manual_several", path=path, line=line, who=who)
     return found

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from datetime import datetime, timedelta
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
+from grader.batch.lateness import Lateness
+from grader.batch.names import is_named
 from grader.batch.records import BatchError, Graded, ManualMark, Mark, Member
-from grader.batch.roster import key_of
 from grader.course.message import Message
 from grader.course.settings import Course
+from grader.evaluation.records import Outcome
 
 ALL_BONUS = 100.0  # bonus points are counted as parts of the hundred of the whole course
 
@@ -37,57 +39,43 @@ def rounded(value: float, course: Course) -> float:
     return float(min(max(multiple, Fraction(0)), Fraction(str(course.marks.scale))))
 
 
-def days_late(handed: datetime | None, member: Member, course: Course) -> int:
-    """Return the days begun after a person's own deadline; 0 without a date or a deadline."""
-    deadline = extension(member, course) or course.deadline
-    if handed is None or deadline is None:
-        return 0
-    late = handed - deadline - timedelta(minutes=course.late.grace_minutes)
-    return max(0, math.ceil(late / timedelta(days=1)))
-
-
-def extension(member: Member, course: Course) -> datetime | None:
-    """Return a person's own deadline."""
-    for name, moment in course.people.extensions.items():
-        if is_named(member, name):
-            return moment
-    return None
-
-
-def is_named(member: Member, name: str) -> bool:
-    """Say whether a setting of the course is about that person."""
-    by_number = member.number != "" and name == member.number
-    return by_number or key_of(name) == key_of(member.name)
-
-
 def mark(
     member: Member,
     graded: Graded | None,
     hand: ManualMark | None,
-    handed: datetime | None,
+    lateness: Lateness,
     course: Course,
 ) -> Mark:
     """Return a person's mark; where there is none, why."""
     why = list(member.remarks)
     if graded and graded.candidate.remarks:
         why += graded.candidate.remarks
-    comment = hand.comment if hand else ""
-    given = Mark(member, None, comment=comment, why=tuple(why))
+    given = Mark(member, None, comment=hand.comment if hand else "", why=tuple(why))
     if hand and hand.override is not None:
         why += [*_problem(graded), Message("batch.overridden", {"reason": hand.reason})]
         return _with(given, value=rounded(hand.override, course), why=why)
     if any(is_named(member, each) for each in course.people.excused):
         return _with(given, why=[*why, Message("batch.excused")])
+    if member.unsettled:
+        return given
     if graded is None:
         return _with(given, value=course.people.absent, why=why)
-    if member.doubled:
-        return given
+    return _of_submission(given, graded, hand, lateness, course)
+
+
+def _of_submission(
+    given: Mark, graded: Graded, hand: ManualMark | None, lateness: Lateness, course: Course
+) -> Mark:
+    """Return the mark of who has a submission of their own."""
     if problem := _problem(graded):
-        return _with(given, why=[*why, *problem])
+        return _with(given, why=[*given.why, *problem])
     if graded.results is None or graded.results["incomplete"]:
         detail = graded.failure or Message("batch.incomplete")
-        return _with(given, why=[*why, Message("batch.failed", {"detail": detail})], error=True)
-    return _counted(given, graded.results, hand, days_late(handed, member, course), course)
+        told = Message("batch.failed", {"detail": detail})
+        return _with(given, why=[*given.why, told], error=True)
+    if lateness.unknown:
+        return _with(given, why=[*given.why, *lateness.remarks])
+    return _counted(given, graded.results, hand, lateness, course)
 
 
 def _problem(graded: Graded | None) -> tuple[Message, ...]:
@@ -96,29 +84,61 @@ def _problem(graded: Graded | None) -> tuple[Message, ...]:
 
 
 def _counted(
-    given: Mark, results: Mapping[str, Any], hand: ManualMark | None, days: int, course: Course
+    given: Mark,
+    results: Mapping[str, Any],
+    hand: ManualMark | None,
+    lateness: Lateness,
+    course: Course,
 ) -> Mark:
     base, bonus = points(results, course)
     rubric = sum(hand.rubric.values()) if hand else 0.0
-    late = course.late
+    late, days = course.late, lateness.days
     penalty = min(late.most, late.per_day * days)
     # The scale is the most before lateness too: a late day costs everybody the same.
-    value = min(course.marks.scale, base + bonus + rubric) - penalty
-    why = list(given.why)
+    before = min(course.marks.scale, base + bonus + rubric)
+    value = before - penalty
+    why = [*given.why, *lateness.remarks, *_broken(results)]
     if late.zero_after_days and days > late.zero_after_days:
-        penalty, value = base + bonus + rubric, 0.0
-    if days:
-        why.append(Message("batch.late", {"days": days, "penalty": f"{penalty:g}"}))
+        penalty, value = before, 0.0
+    told = Message("batch.late", {"days": days, "penalty": f"{penalty:g}"}) if days else None
+    value = rounded(value, course)
+    if value == 0:
+        why.append(_zero(results, rubric))
     return _with(
         given,
-        value=rounded(value, course),
+        value=value,
         points=base,
         bonus=bonus,
         rubric=rubric,
         late_days=days,
         penalty=penalty,
-        why=why,
+        late=told,
+        why=[*why, told] if told else why,
     )
+
+
+def _broken(results: Mapping[str, Any]) -> list[Message]:
+    """Return what keeps a submission from being judged whole."""
+    if results["compiles"]:
+        return []
+    names = ", ".join(results["rejected"])
+    return [
+        Message("batch.not_compiled", {"names": names}) if names else Message("batch.not_built")
+    ]
+
+
+def _zero(results: Mapping[str, Any], rubric: float) -> Message:
+    """Return why a mark is 0: what became of the exercises."""
+    outcomes = Counter(row[0] for row in results["exercises"].values())
+    counts: dict[str, object] = {
+        "right": outcomes[Outcome.PASSED.value],
+        "wrong": outcomes[Outcome.FAILED.value],
+        "broken": outcomes[Outcome.CRASHED.value] + outcomes[Outcome.TIMEOUT.value],
+        "todo": outcomes[Outcome.TODO.value] + outcomes[Outcome.BLOCKED.value],
+    }
+    if rubric < 0:
+        return Message("batch.zero_rubric", {**counts, "rubric": f"{rubric:g}"})
+    return Message("batch.zero", counts)
 
 
 def _with(given: Mark, **changes: Any) -> Mark:
@@ -126,8 +146,14 @@ def _with(given: Mark, **changes: Any) -> Mark:
     return Mark(**{**given.__dict__, **changes})
 
 
-def verify_people(course: Course, members: list[Member]) -> None:
-    """Raise BatchError when a setting names nobody of the class: a slip of the pen costs marks."""
-    for name in (*course.people.excused, *course.people.extensions):
-        if not any(is_named(each, name) for each in members):
+def verify_people(course: Course, members: Sequence[Member]) -> None:
+    """Raise BatchError when a setting names nobody of the class, or several.
+
+    A slip of the pen costs marks.
+    """
+    for name in dict.fromkeys((*course.people.excused, *course.people.extensions)):
+        found = [each for each in members if is_named(each, name)]
+        if not found:
             raise BatchError("batch.course_nobody", name=name)
+        if len(found) > 1:
+            raise BatchError("batch.course_several", name=name)

@@ -7,49 +7,88 @@ goes on.
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import stat
 import unicodedata
 import zipfile
 import zlib
+from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 
 from grader.batch.records import BatchError
-from grader.intake.archives import AUTHORS, CODE, CXX_CODE, MAX_ARCHIVE_BYTES, zip_time
+from grader.intake.archives import MAX_ARCHIVE_BYTES, is_listed, zip_time
 from grader.intake.records import Refusal
 
+# The name of a participant's or a group's folder; without folders each file's name begins so.
+FOLDER = re.compile(
+    r"(?P<label>.+?)(?:_(?P<number>\d+))?_assignsubmission_(?P<plugin>[a-z]+)(?:_(?P<rest>.*))?"
+)
 ARCHIVES = (".zip", ".tar.gz", ".tgz", ".tar")
 MAX_ENTRIES = 100_000
 MAX_TOTAL_BYTES = 4_000_000_000  # of what is written
 MAX_PART = 200  # bytes of a file's name
+_SYSTEM = (".DS_Store", "Thumbs.db", "desktop.ini")
 _UTF8_FLAG = 0x800
 _BLOCK = 1 << 20
 
 
-def unpack(archive: Path, folder: Path) -> dict[str, list[Refusal]]:
-    """Write the entries of an archive below a folder; return the refused ones by their first part.
+@dataclass
+class Left:
+    """What of an archive was not written, by the first part of its path."""
+
+    refused: dict[str, list[Refusal]] = field(default_factory=dict)
+    unread: dict[str, list[str]] = field(default_factory=dict)
+
+
+def unpack(archive: Path, folder: Path) -> Left:
+    """Write the entries of an archive that may be graded below a folder; return the others.
 
     A folder is made for each first part, even when nothing in it can be graded. Raises BatchError.
     """
-    refused: dict[str, list[Refusal]] = {}
-    left = MAX_TOTAL_BYTES
+    unpacked = _Unpacked(folder)
     try:
         with zipfile.ZipFile(archive) as opened:
             entries = opened.infolist()
             if len(entries) > MAX_ENTRIES:
                 raise BatchError("batch.too_many", path=archive, count=MAX_ENTRIES)
             for each in entries:
-                place, problem = _place(each)
-                if not problem and not each.is_dir() and is_wanted(place):
-                    size, problem = _write(opened, each, folder / place, left)
-                    left -= size
-                if problem:
-                    refused.setdefault(place.parts[0], []).append(Refusal(str(place), problem))
-                elif len(place.parts) > 1 or each.is_dir():
-                    (folder / place.parts[0]).mkdir(parents=True, exist_ok=True)
+                unpacked.take(opened, each)
     except (zipfile.BadZipFile, zlib.error, EOFError, ValueError, NotImplementedError) as error:
         raise BatchError("batch.broken", path=archive, error=error) from error
-    return refused
+    return unpacked.left
+
+
+@dataclass
+class _Unpacked:
+    """A folder that is being filled from an archive."""
+
+    folder: Path
+    left: Left = field(default_factory=Left)
+    room: int = MAX_TOTAL_BYTES
+
+    def take(self, opened: zipfile.ZipFile, entry: zipfile.ZipInfo) -> None:
+        """Write an entry, or note why not. Raises OSError."""
+        place, problem = _place(entry)
+        if is_system(place):
+            return
+        top = place.parts[0]
+        wanted = is_wanted(place) and not entry.is_dir()
+        if not problem and wanted:
+            size, problem = _write(opened, entry, self.folder / place, self.room)
+            self.room -= size
+        if problem:
+            self.left.refused.setdefault(top, []).append(Refusal(str(place), problem))
+            return
+        if not wanted and not entry.is_dir():
+            self.left.unread.setdefault(top, []).append(str(place.relative_to(top)))
+        if len(place.parts) > 1 or entry.is_dir():
+            (self.folder / top).mkdir(parents=True, exist_ok=True)
+
+
+def is_system(path: PurePosixPath | Path) -> bool:
+    """Say whether a path is one that systems make for themselves, and nobody's."""
+    return "__MACOSX" in path.parts or path.name in _SYSTEM or path.name.startswith("._")
 
 
 def is_archive(path: PurePosixPath | Path) -> bool:
@@ -59,8 +98,9 @@ def is_archive(path: PurePosixPath | Path) -> bool:
 
 def is_wanted(path: PurePosixPath | Path) -> bool:
     """Say whether a file may be graded, or hold what may be."""
-    known = path.suffix in (*CODE, *CXX_CODE) or path.name.lower().endswith(AUTHORS)
-    return (known or is_archive(path)) and not path.name.startswith(".")
+    if (found := FOLDER.fullmatch(path.name)) and found["rest"]:
+        path = path.with_name(found["rest"])
+    return (is_listed(path) or is_archive(path)) and not path.name.startswith(".")
 
 
 def names(archive: Path) -> list[str]:

@@ -1,68 +1,48 @@
-"""Moodle's offline grading worksheet, filled in place, and its archive of feedback files.
+"""Moodle's offline grading worksheet, as it was downloaded: who is in the class, and their dates.
 
-Written after what Moodle's importer does: it finds the columns of the identifier, the grade and the
-grade's date by their headers in the site's language, and passes over a row whose grade was changed
-since the download, is locked, is below zero or above the maximum. Feedback files go to whom the
-name of their folder says, `Name_12345_assignsubmission_file_`.
+What is known of Moodle's importer, and where from, stands in grader/batch/MOODLE.md.
 """
 
 from __future__ import annotations
 
-import html
-import io
 import re
-import zipfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
+from functools import cached_property
 from pathlib import Path
 
 from grader.batch import csv_table
 from grader.batch.csv_table import Sheet
-from grader.batch.records import BatchError, Mark
-from grader.batch.roster import Enrolled
+from grader.batch.moodle_dates import read_moment
+from grader.batch.records import BatchError, Enrolled
 from grader.course.message import Message
-from grader.files import write_whole
 
-_COLUMNS = {
+COLUMNS = {
     "id": ("identifier", "identifiant"),
     "name": ("full name", "nom complet"),
-    "number": ("id number", "numéro d'identification", "numéro d’identification"),
+    "number": ("id number", "numéro d'identification"),
+    "status": ("status", "statut"),
+    "group": ("group", "groupe"),
+    "due": ("due date", "date limite"),
     "grade": ("grade", "note"),
     "most": ("maximum grade", "note maximale"),
+    "scale": ("scale", "barème"),
     "changeable": ("grade can be changed", "la note peut être modifiée"),
     "handed": (
         "last modified (submission)",
         "dernière modification (travail remis)",
         "dernière modification (remise)",
     ),
+    "online": ("online text", "texte en ligne"),
     "graded": ("last modified (grade)", "dernière modification (note)"),
     "feedback": ("feedback comments", "feedback par commentaires", "commentaires de feedback"),
 }
-_NO = ("no", "non")
-_MONTHS = (
-    ("january", "janvier"),
-    ("february", "février"),
-    ("march", "mars"),
-    ("april", "avril"),
-    ("may", "mai"),
-    ("june", "juin"),
-    ("july", "juillet"),
-    ("august", "août"),
-    ("september", "septembre"),
-    ("october", "octobre"),
-    ("november", "novembre"),
-    ("december", "décembre"),
-)
-_DAY_FIRST = re.compile(
-    r"(?P<day>\d{1,2})(?:er)?\s+(?P<month>[^\W\d]+)\s+(?P<year>\d{4})[^\d]+"
-    r"(?P<hour>\d{1,2})[:h](?P<minute>\d{2})(?:\s*(?P<half>[AaPp][Mm]))?"
-)
-_MONTH_FIRST = re.compile(
-    r"(?P<month>[^\W\d]+)\s+(?P<day>\d{1,2}),?\s+(?P<year>\d{4})[^\d]+"
-    r"(?P<hour>\d{1,2}):(?P<minute>\d{2})(?:\s*(?P<half>[AaPp][Mm]))?"
-)
-_FEEDBACK = "report.html"
+_LATE = re.compile(r"\blate\b|\ben retard\b")
+_NOT_HANDED = ("no submission", "pas de travail remis")  # "overdue" is no lateness of a work
+_DRAFT = ("draft", "brouillon")
+_PARTICIPANT = re.compile(r"\D*?(\d+)\s*")
+_LEAST_COLUMNS = 5  # of a worksheet in whatever language
 
 
 @dataclass(frozen=True)
@@ -83,32 +63,46 @@ class Worksheet:
         found = re.search(r"(\d+)\s*$", self.cell(row, "id"))
         return found[1] if found else ""
 
-    @property
+    @cached_property
     def enrolled(self) -> list[Enrolled]:
-        """The persons of the worksheet; without names when marking is anonymous."""
+        """The persons of the worksheet; without names when marking is anonymous.
+
+        Raises BatchError for a date that is not understood: lateness hangs on it.
+        """
+        rows = zip(self.sheet.lines, self.sheet.rows, strict=True)
         return [
-            Enrolled(
-                self.participant(row),
-                self.cell(row, "name") or self.cell(row, "id"),
-                self.cell(row, "number"),
-            )
-            for row in self.sheet.rows
+            self._person(at, line, row)
+            for at, (line, row) in enumerate(rows)
             if self.participant(row)
         ]
 
-    @property
-    def handed(self) -> dict[str, datetime]:
-        """When each person's work was last changed, by Moodle's number. Raises BatchError."""
-        found = {}
-        for line, row in zip(self.sheet.lines, self.sheet.rows, strict=True):
-            text = self.cell(row, "handed")
-            if text in ("", "-"):
-                continue
-            moment = read_moment(text)
-            if moment is None:
-                raise BatchError("batch.worksheet_date", path=self.path, line=line, text=text)
-            found[self.participant(row)] = moment
-        return found
+    def _person(self, at: int, line: int, row: Sequence[str]) -> Enrolled:
+        status = csv_table.plain(self.cell(row, "status"))
+        return Enrolled(
+            self.participant(row),
+            self.cell(row, "name") or self.cell(row, "id"),
+            self.cell(row, "number"),
+            group=self.cell(row, "group"),
+            row=at,
+            handed=self._moment(line, self.cell(row, "handed")),
+            due=self._moment(line, self.cell(row, "due")),
+            extended=read_moment(status),
+            late=not status.startswith(_NOT_HANDED) and bool(_LATE.search(status)),
+            draft=status.startswith(_DRAFT),
+            online=bool(self.cell(row, "online")),
+        )
+
+    def _moment(self, line: int, text: str) -> datetime | None:
+        if text in ("", "-"):
+            return None
+        moment = read_moment(text)
+        if moment is None:
+            raise BatchError("batch.worksheet_date", path=self.path, line=line, text=text)
+        return moment
+
+    def most(self, row: Sequence[str]) -> float | None:
+        """Return the maximum of a row; None when the worksheet does not say it."""
+        return csv_table.number(self.cell(row, "most"))
 
     @property
     def decimal(self) -> str:
@@ -117,26 +111,33 @@ class Worksheet:
             for name in ("grade", "most"):
                 if found := re.search(r"\d([.,])\d", self.cell(row, name)):
                     return found[1]
-        header = self.sheet.header[self.columns["grade"]].casefold()
-        return "," if header == _COLUMNS["grade"][1] else "."
+        header = csv_table.plain(self.sheet.header[self.columns["grade"]])
+        return "," if header == COLUMNS["grade"][1] else "."
 
-
-def is_worksheet(path: Path) -> bool:
-    """Say whether a file is a grading worksheet, by its headers."""
-    try:
-        sheet = csv_table.read(path)
-    except BatchError:
-        return False
-    return all(csv_table.column(sheet.header, _COLUMNS[each]) >= 0 for each in ("id", "grade"))
+    def unused(self) -> Iterator[Message]:
+        """Yield what is in the worksheet and is not used."""
+        known = {*self.columns.values()}
+        others = [each for at, each in enumerate(self.sheet.header) if at not in known and each]
+        if others:
+            yield Message("batch.unused_columns", {"names": ", ".join(others)})
+        for line, row in zip(self.sheet.lines, self.sheet.rows, strict=True):
+            if not self.participant(row) and any(cell.strip() for cell in row):
+                yield Message("batch.unused_row", {"line": line, "text": self.cell(row, "id")})
+        if self.columns["graded"] < 0:
+            yield Message("batch.no_grade_date")
+        if self.columns["most"] < 0:
+            yield Message("batch.no_maximum")
 
 
 def read(path: Path) -> Worksheet:
     """Read a worksheet. Raises BatchError, with the cure."""
     sheet = csv_table.read(path)
-    columns = {name: csv_table.column(sheet.header, known) for name, known in _COLUMNS.items()}
+    columns = {name: csv_table.column(sheet.header, known) for name, known in COLUMNS.items()}
     if columns["id"] < 0 or columns["grade"] < 0:
-        raise BatchError("batch.not_a_worksheet", path=path)
+        key = "batch.worksheet_language" if _is_foreign(sheet) else "batch.not_a_worksheet"
+        raise BatchError(key, path=path)
     worksheet = Worksheet(path, sheet, columns)
+    _verify_points(worksheet)
     seen: dict[str, int] = {}
     for line, row in zip(sheet.lines, sheet.rows, strict=True):
         if (number := worksheet.participant(row)) in seen:
@@ -144,74 +145,63 @@ def read(path: Path) -> Worksheet:
                 "batch.worksheet_twice", path=path, line=line, first=seen[number], number=number
             )
         seen |= {number: line} if number else {}
+    if not seen:
+        raise BatchError("batch.worksheet_nobody", path=path)
     return worksheet
 
 
-def read_moment(text: str) -> datetime | None:
-    """Return a date as Moodle writes it, in French or English; None when it is none."""
-    found = _DAY_FIRST.search(text) or _MONTH_FIRST.search(text)
-    if not found:
-        return None
-    name = found["month"].casefold()
-    month = next((k for k, names in enumerate(_MONTHS, 1) if name in names), 0)
-    hour = int(found["hour"])
-    if found["half"]:
-        hour = hour % 12 + (12 if found["half"].casefold() == "pm" else 0)
-    try:
-        return datetime(int(found["year"]), month, int(found["day"]), hour, int(found["minute"]))
-    except ValueError:
-        return None
+def _verify_points(worksheet: Worksheet) -> None:
+    """Raise BatchError when the grades of a worksheet are words, not points."""
+    rows = [row for row in worksheet.sheet.rows if worksheet.participant(row)]
+    words = worksheet.columns["scale"] >= 0 and worksheet.columns["most"] < 0
+    if worksheet.columns["most"] >= 0:
+        words = any(not (worksheet.most(row) or 0) > 0 for row in rows)
+    if words:
+        raise BatchError("batch.scale_of_words", path=worksheet.path)
 
 
-def filled(worksheet: Worksheet, marks: Sequence[Mark]) -> tuple[bytes, list[Message]]:
-    """Return the worksheet with the marks, and what Moodle will pass over or was cut."""
-    by_number = {each.member.moodle: each for each in marks if each.member.moodle}
-    rows, told = [], []
-    for line, row in zip(worksheet.sheet.lines, worksheet.sheet.rows, strict=True):
-        mark = by_number.get(worksheet.participant(row))
-        cells = [*row, *[""] * (len(worksheet.sheet.header) - len(row))]
-        if mark is not None and (mark.value is not None or mark.comment):
-            told += _fill(worksheet, cells, line, mark)
-        rows.append(tuple(cells))
-    return csv_table.written(replace(worksheet.sheet, rows=tuple(rows))), told
+def beside(folder: Path, leave: Sequence[str]) -> tuple[list[Path], list[Path]]:
+    """Return the worksheets of a folder, and the other tables. Raises BatchError.
+
+    A worksheet of a language that is not known, or one that lacks a column, is no other table.
+    """
+    found, others = [], []
+    for path in sorted(folder.glob("*.csv")):
+        if path.name in leave or path.name.startswith("."):
+            continue
+        try:
+            sheet = csv_table.read(path)
+        except BatchError:
+            others.append(path)
+            continue
+        has = {name: csv_table.column(sheet.header, COLUMNS[name]) >= 0 for name in COLUMNS}
+        if has["id"] or _is_foreign(sheet):
+            found.append(path)
+        else:
+            others.append(path)
+    return found, others
 
 
-def _fill(worksheet: Worksheet, cells: list[str], line: int, mark: Mark) -> list[Message]:
-    told, columns = [], worksheet.columns
-    values: dict[str, object] = {"line": line, "name": mark.member.name}
-    if mark.value is not None:
-        value = mark.value
-        most = csv_table.number(worksheet.cell(cells, "most"))
-        if most is not None and value > most:
-            told.append(Message("batch.row_cut", {**values, "most": f"{most:g}"}))
-            value = most
-        if worksheet.cell(cells, "changeable").casefold() in _NO:
-            told.append(Message("batch.row_locked", values))
-        elif _has_grade(worksheet, cells):
-            told.append(Message("batch.row_changed", values))
-        cells[columns["grade"]] = f"{value:.2f}".replace(".", worksheet.decimal)
-    if columns["feedback"] >= 0 and mark.comment:
-        cells[columns["feedback"]] = html.escape(csv_table.inert(mark.comment), quote=False)
-    return told
+def _is_foreign(sheet: Sheet) -> bool:
+    """Whether a table is a worksheet in another language: by the kind of its columns.
+
+    The first column numbers participants; another has dates, or "-" for want of one.
+    """
+    rows = [row for row in sheet.rows if any(cell.strip() for cell in row)]
+    if len(sheet.header) < _LEAST_COLUMNS or not rows:
+        return False
+    numbers = [_PARTICIPANT.fullmatch(row[0].strip()) for row in rows]
+    if not all(numbers) or all(row[0].strip().isdecimal() for row in rows):
+        return False
+    return any(
+        all(len(row) > at and (row[at].strip() == "-" or _DATED.search(row[at])) for row in rows)
+        for at in range(1, len(sheet.header))
+    )
 
 
-def _has_grade(worksheet: Worksheet, cells: Sequence[str]) -> bool:
-    """Whether Moodle has a grade already: it keeps it when it was given after the download."""
-    return bool(worksheet.cell(cells, "grade").strip("- "))
+_DATED = re.compile(r"\b\d{4}\b.*\d{1,2}[:h.]\d{2}|\d{1,2}[:h.]\d{2}.*\b\d{4}\b")
 
 
-def write_feedback(path: Path, folders: Mapping[str, Path]) -> None:
-    """Write the archive of feedback files: for each name of a Moodle folder, a student's page."""
-    content = io.BytesIO()
-    with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, folder in sorted(folders.items()):
-            # ZipInfo's own date: the bytes depend on the pages alone.
-            entry = zipfile.ZipInfo(f"{name}/{_FEEDBACK}")
-            entry.external_attr = 0o100644 << 16
-            archive.writestr(entry, (folder / _FEEDBACK).read_bytes(), zipfile.ZIP_DEFLATED)
-    write_whole(path, content.getvalue())
-
-
-def folder_name(label: str, number: str) -> str:
-    """Return the name of a person's folder, as Moodle's own archive has it."""
-    return f"{label.replace('_', ' ')}_{number}_assignsubmission_file_"
+def with_rows(worksheet: Worksheet, rows: Sequence[Sequence[str]]) -> Sheet:
+    """Return the table of a worksheet with other rows."""
+    return replace(worksheet.sheet, rows=tuple(tuple(row) for row in rows))

@@ -2,34 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from typing import Any
 
-from grader.batch import class_page, grades_csv, manual_marks, moodle_worksheet
-from grader.batch.marks import mark, verify_people
+from grader.batch import class_page, grades_csv, last_run, moodle_files
+from grader.batch.marks import mark
 from grader.batch.moodle_worksheet import Worksheet
-from grader.batch.records import BatchError, Graded, Mark, Member
+from grader.batch.preparation import Prepared
+from grader.batch.records import Graded, Mark
 from grader.batch.results_folder import STUDENTS, ResultsFolder
-from grader.batch.roster import members
-from grader.batch.tasks import TaskReader
+from grader.batch.student_pages import Pages
 from grader.course.message import Message
-from grader.course.settings import Course
 from grader.course.texts import Texts
 from grader.files import write_whole
 from grader.report.results import write
 
 MOST_LINES = 30  # of one kind, in the terminal
-
-
-@dataclass(frozen=True)
-class Asked:
-    """What the command line and the settings ask for."""
-
-    path: Path
-    course: Course
-    worksheet: Path | None
-    names: bool
+# Sentences that grades.csv and the class page have, and that would hide the others here.
+QUIET = ("batch.unread", "batch.given")
 
 
 @dataclass(frozen=True)
@@ -40,129 +31,145 @@ class ClassSummary:
     failed: bool
 
 
-def beside(path: Path) -> Path:
-    """Return the folder of what stands beside the submissions: manual.csv, course.toml."""
-    return path if path.is_dir() else path.parent
-
-
 def write_all(
-    results: ResultsFolder,
-    readings: Sequence[TaskReader],
-    graded: Mapping[str, Graded],
-    asked: Asked,
-    texts: Texts,
+    results: ResultsFolder, prepared: Prepared, graded: Mapping[str, Graded], texts: Texts
 ) -> ClassSummary:
     """Write everything; return what to tell. Raises BatchError."""
-    worksheet = _worksheet(asked)
-    people = members([each.handed for each in readings], worksheet.enrolled if worksheet else ())
-    verify_people(asked.course, people)
-    hands = manual_marks.read(
-        beside(asked.path) / manual_marks.NAME, people, asked.course.marks.scale
-    )
-    handed = worksheet.handed if worksheet else {}
-    senders = {each.name: each.number for each in (reading.candidate for reading in readings)}
-    marks = []
-    for person in people:
-        # Who has handed in nothing alone was handed in with the one who did.
-        moment = handed.get(person.moodle) or handed.get(senders.get(person.submission, ""))
-        own = graded.get(person.submission)
-        marks.append(mark(person, own, hands.get(person), moment, asked.course))
-    before = grades_csv.read_kept(results.out)
-    now = grades_csv.kept(marks, graded, repr(asked.course))
-    changed = grades_csv.changes(before, now, texts)
-    with results.writing(results.out):
-        write_whole(results.out / grades_csv.GRADES, grades_csv.grades(marks, graded, texts))
-        if changed:
-            write_whole(results.out / grades_csv.CHANGES, grades_csv.changes_table(changed, texts))
-        told = _moodle(results, worksheet, marks, graded) if worksheet else []
-        page = class_page.render(
-            marks, graded, asked.course, asked.names, texts, results.out / STUDENTS
+    course = prepared.asked.course
+    marks = [
+        mark(
+            *(person, graded.get(person.submission), prepared.hands.get(person)),
+            *(prepared.deadlines.of(person), course),
         )
+        for person in prepared.people
+    ]
+    before = last_run.read(results.out)
+    now = {"people": last_run.kept(marks, graded, prepared.hands, course)}
+    changed = last_run.changes(before["people"], now["people"], texts)
+    hidden = results.pseudonyms(each.member.submission for each in marks if each.member.submission)
+    with results.writing(results.out):
+        pages = Pages(results, marks, graded, before["pages"], texts)
+        pages.write()
+        write_whole(
+            results.out / grades_csv.GRADES, grades_csv.grades(marks, graded, hidden, texts)
+        )
+        if changed:
+            write_whole(results.out / last_run.CHANGES, last_run.changes_table(changed, texts))
+        told, written = _moodle(results, prepared, marks, pages, before, texts)
+        shown = None if prepared.asked.names else hidden
+        page = class_page.render(marks, graded, course, shown, texts, results.out / STUDENTS)
         write_whole(results.out / class_page.NAME, page)
         results.forget_others(set(graded))
-        write(results.out / grades_csv.MARKS, now)  # last: the next run compares with a whole one
+        # Last: the next run compares with a whole one.
+        write(results.out / last_run.MARKS, {**now, **written, "pages": pages.made})
     failed = any(each.error for each in marks)
-    return ClassSummary([*_told(results, marks, changed, told, texts)], failed)
-
-
-def _worksheet(asked: Asked) -> Worksheet | None:
-    """Return the grading worksheet: the one that is named, or the only one beside."""
-    if asked.worksheet:
-        return moodle_worksheet.read(asked.worksheet)
-    found = [
-        each for each in sorted(beside(asked.path).glob("*.csv")) if each.name != manual_marks.NAME
-    ]
-    found = [each for each in found if moodle_worksheet.is_worksheet(each)]
-    if len(found) > 1:
-        listed = ", ".join(each.name for each in found)
-        raise BatchError("batch.worksheets", names=listed)
-    return moodle_worksheet.read(found[0]) if found else None
+    return ClassSummary([*_told(results, marks, graded, changed, told, texts)], failed)
 
 
 def _moodle(
     results: ResultsFolder,
-    worksheet: Worksheet,
+    prepared: Prepared,
     marks: Sequence[Mark],
-    graded: Mapping[str, Graded],
-) -> list[Message]:
-    """Write the worksheet and the feedback files; return what Moodle will pass over."""
-    content, told = moodle_worksheet.filled(worksheet, marks)
+    pages: Pages,
+    before: Mapping[str, Any],
+    texts: Texts,
+) -> tuple[list[Message], dict[str, Any]]:
+    """Write the worksheet and the feedback files; return what to know, and what was written."""
+    worksheet = prepared.worksheet
+    if worksheet is None:
+        return [], {"grades": before["grades"], "comments": before["comments"]}
+    scale = prepared.asked.course.marks.scale
+    shown = [moodle_files.with_lateness(each, texts) for each in marks]
+    filled = moodle_files.filled(worksheet, shown, scale, before["comments"])
     folder = results.out / "moodle"
-    write_whole(folder / worksheet.path.name, content)
-    pages = {}
+    write_whole(folder / worksheet.path.name, filled.content)
+    moodle_files.write_feedback(folder / "feedback.zip", pages.feedback())
+    told = [*_older(worksheet, before["grades"], filled.grades), *filled.told, *_lost(marks)]
+    separator = Message(_SEPARATORS[worksheet.sheet.delimiter])
+    names: dict[str, object] = {"worksheet": worksheet.path.name, "separator": separator}
+    told.append(Message("batch.upload", names))
+    return told, {"grades": filled.grades, "comments": filled.comments}
+
+
+_SEPARATORS = {",": "batch.comma", ";": "batch.semicolon", "\t": "batch.tab"}
+
+
+def _older(
+    worksheet: Worksheet, before: Mapping[str, str], now: Mapping[str, str]
+) -> Iterator[Message]:
+    """Say when the worksheet knows nothing of grades that the last run has given, and that change.
+
+    Moodle passes over a grade that it was given after the worksheet was downloaded.
+    """
+    rows = {worksheet.participant(row): row for row in worksheet.sheet.rows}
+    behind = [
+        number
+        for number, text in now.items()
+        if before.get(number, text) != text
+        and worksheet.cell(rows[number], "grade").strip("- ") == ""
+    ]
+    if behind:
+        yield Message("batch.older_worksheet", {"count": len(behind)})
+
+
+def _lost(marks: Sequence[Mark]) -> Iterator[Message]:
+    """Yield who has a mark and no row in the worksheet."""
     for each in marks:
-        known = graded.get(each.member.submission)
-        if each.member.moodle and known and known.results and not each.member.doubled:
-            name = moodle_worksheet.folder_name(each.member.name, each.member.moodle)
-            pages[name] = results.folder(each.member.submission)
-    moodle_worksheet.write_feedback(folder / "feedback.zip", pages)
-    known_numbers = {each.moodle for each in worksheet.enrolled}
-    lost = [each.member for each in marks if each.member.moodle not in known_numbers]
-    return [*told, *(_not_listed(each) for each in lost)]
-
-
-def _not_listed(member: Member) -> Message:
-    return Message("batch.not_listed", {"name": member.name})
+        person = each.member.enrolled
+        if each.value is not None and (person is None or person.row < 0):
+            yield Message("batch.not_listed", {"name": each.member.name})
 
 
 def _told(
     results: ResultsFolder,
     marks: Sequence[Mark],
+    graded: Mapping[str, Graded],
     changed: Sequence[Sequence[str]],
     told: Sequence[Message],
     texts: Texts,
 ) -> list[str]:
     """Return the lines of the terminal: the errors, the remarks, the changes, then the files."""
-    failures = [each for each in marks if each.error]
-    remarks = [each for each in marks if each.why and not each.error]
-    lines = _some(
-        [f"{each.member.name} : {' '.join(grades_csv.sentence(each, texts))}" for each in remarks],
-        texts.say("batch.remarks"),
-        texts,
-    )
-    lines += _some(
-        [f"{name} : {before} -> {now} ({why})" for name, before, now, why in changed],
-        texts.say("batch.changes"),
-        texts,
-    )
-    lines += _some(
-        [texts.say(each.key, **each.values) for each in told], texts.say("batch.moodle"), texts
-    )
-    lines += _some(
-        [f"{each.member.name} : {' '.join(grades_csv.sentence(each, texts))}" for each in failures],
-        texts.say("batch.errors"),
-        texts,
-    )
+    names = class_page.shown_names(marks)
+    lines: list[str] = []
+
+    def about(kind: str, those: Sequence[Mark]) -> None:
+        told = []
+        for each in those:
+            # Of who has no mark, all is to be known.
+            leave = () if each.value is None else QUIET
+            if sentences := grades_csv.sentence(each, texts, leave):
+                told.append(f"{names[each]} : {' '.join(sentences)}")
+        lines.extend(_some(told, kind, texts))
+
+    about("batch.remarks", [each for each in marks if not each.error])
+    lines += _some([*_of_nobody(marks, graded, texts)], "batch.of_nobody", texts)
+    quiet = {each.member.submission for each in marks for why in each.why if why.key in QUIET}
+    if quiet:
+        lines.append(texts.say("batch.quiet", count=len(quiet)))
+    rows = [f"{name} : {old or '-'} -> {new or '-'} ({why})" for name, old, new, why in changed]
+    lines += _some(rows, "batch.changes", texts)
+    lines += _some([texts.say(each.key, **each.values) for each in told], "batch.moodle", texts)
+    about("batch.errors", [each for each in marks if each.error])
     count = sum(each.value is not None for each in marks)
     path = results.out / class_page.NAME
     lines.append(texts.say("batch.done", marks=count, people=len(marks), path=path))
     return lines
 
 
+def _of_nobody(marks: Sequence[Mark], graded: Mapping[str, Graded], texts: Texts) -> Iterator[str]:
+    """Yield what is to be known of submissions that are on nobody's line, since several differ."""
+    shown = {each.member.submission for each in marks}
+    for name, known in graded.items():
+        candidate = known.candidate
+        told = [*candidate.remarks, *([candidate.problem] if candidate.problem else [])]
+        if name not in shown and told:
+            yield f"{name} : {' '.join(texts.say(each.key, **each.values) for each in told)}"
+
+
 def _some(lines: Sequence[str], title: str, texts: Texts) -> list[str]:
     if not lines:
         return []
-    found = [title, *(f"  {_printable(each)}" for each in lines[:MOST_LINES])]
+    found = [texts.say(title), *(f"  {_printable(each)}" for each in lines[:MOST_LINES])]
     if len(lines) > MOST_LINES:
         found.append(f"  {texts.say('batch.more', count=len(lines) - MOST_LINES)}")
     return found

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -24,8 +25,8 @@ class BatchError(UserError):
 class Candidate:
     """One submission as it was found: where to read it, and what its place says of its author.
 
-    `number` is Moodle's number of the participant, "" elsewhere. `problem` says why there is
-    nothing to grade; `remarks` are what to know all the same.
+    `number` is Moodle's number of the participant, or of the group; "" elsewhere. `problem` says
+    why there is nothing to grade; `remarks` are what to know all the same.
     """
 
     name: str  # unique in the batch, and safe as the name of a folder
@@ -34,6 +35,27 @@ class Candidate:
     number: str = ""
     problem: Message | None = None
     remarks: tuple[Message, ...] = ()
+    moodle: bool = False  # whether Moodle has named its folder
+
+
+@dataclass(frozen=True, eq=False)
+class Enrolled:
+    """A person of the grading worksheet, or another one of whom submissions speak.
+
+    Two of the same name are two. `row` is their place in the worksheet; -1 when they are not there.
+    """
+
+    moodle: str  # Moodle's number of the participant
+    name: str
+    number: str = ""  # the student's
+    group: str = ""  # for which Moodle has one submission
+    row: int = -1
+    handed: datetime | None = None  # when their work was last changed
+    due: datetime | None = None
+    extended: datetime | None = None  # their own deadline, as Moodle has granted it
+    late: bool = False  # as Moodle says
+    draft: bool = False
+    online: bool = False  # they have written a text in Moodle
 
 
 @dataclass(frozen=True)
@@ -75,15 +97,20 @@ class GradedFiles:
 
 @dataclass(frozen=True, eq=False)
 class Member:
-    """One person of the class, as one line of grades.csv; two of the same name are two."""
+    """One person of the class, as one line of grades.csv; two of the same name are two.
+
+    Of who is `unsettled` it is not known what they have handed in: no mark, and `remarks` say why.
+    """
 
     name: str
     number: str = ""  # the student's
     moodle: str = ""  # Moodle's number of the participant
     submission: str = ""  # the name of the candidate; "" when there is none
     remarks: tuple[Message, ...] = ()
-    doubled: bool = False  # named by submissions that differ: no mark is guessed
+    unsettled: bool = False
     team: str = ""
+    enrolled: Enrolled | None = None
+    handed: datetime | None = None  # when the submission was
 
 
 @dataclass(frozen=True)
@@ -97,7 +124,7 @@ class ManualMark:
     reason: str = ""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Mark:
     """One person's mark; `value` is None when there is none, and `why` says why."""
 
@@ -111,6 +138,7 @@ class Mark:
     comment: str = ""
     why: tuple[Message, ...] = ()
     error: bool = False  # the grader's or the machine's fault
+    late: Message | None = None  # what lateness has taken off, for the student
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
     students/NAME/      results.json, report.html, images/
     state/NAME.json     what that result depends on, and a summary of it, written last
     work/               unpacked archives and builds, removed at the end
-    batch.json          says that the folder is a batch's
+    batch.json          says that the folder is a batch's, of which class, and the key of pseudonyms
 
 A result counts only when its state agrees with it: whatever the moment at which a batch is killed,
 the submission is either done or graded again.
@@ -11,20 +11,24 @@ the submission is either done or graded again.
 
 from __future__ import annotations
 
+import base64
 import contextlib
 import fcntl
 import hashlib
+import hmac
 import json
 import os
+import secrets
 import shutil
 import sys
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from pathlib import Path
 from typing import IO, Any
 
+from grader.batch.last_run import is_same
 from grader.batch.records import BatchError, GradedFiles, Settings, Task
 from grader.build import toolchain
 from grader.checking import expected_data
@@ -75,7 +79,8 @@ class ResultsFolder:
                 lock.close()
                 raise BatchError("batch.busy", path=self.out) from error
             self._lock = lock
-            write(self.out / NAME, {"schema": SCHEMA})
+            content = _content(self.out)
+            write(self.out / NAME, {**content, "key": content["key"] or secrets.token_hex(16)})
             shutil.rmtree(self.work, ignore_errors=True)  # of a batch that was killed
             for name in (STUDENTS, STATE, WORK):
                 (self.out / name).mkdir(exist_ok=True)
@@ -102,6 +107,30 @@ class ResultsFolder:
         """Raise BatchError when the folder is not there any more."""
         if not (self.out / NAME).is_file():
             raise BatchError("batch.gone", path=self.out)
+
+    def claim(self, people: Sequence[Mapping[str, str]]) -> None:
+        """Note which class the folder is for. Raises BatchError when it is another one's."""
+        content = _content(self.out)
+        before = content["people"]
+        common = sum(any(is_same(one, other) for other in people) for one in before)
+        if 2 * common < min(len(before), len(people)):
+            raise BatchError("batch.other_class", path=self.out, name=before[0]["name"])
+        with self.writing(self.out / NAME):
+            write(self.out / NAME, {**content, "people": list(people)})
+
+    def pseudonyms(self, names: Iterable[str]) -> dict[str, str]:
+        """Return a name that says nothing for each submission, the same from run to run.
+
+        It comes of a key that is drawn once: neither the order nor the name can be read from it.
+        """
+        key = bytes.fromhex(_content(self.out)["key"])
+        found: dict[str, str] = {}
+        for name in sorted(set(names)):
+            digest = hmac.new(key, name.encode(), hashlib.sha256).digest()
+            text = base64.b32encode(digest).decode()
+            length = next(k for k in range(4, len(text)) if text[:k] not in found.values())
+            found[name] = text[:length]
+        return found
 
     def folder(self, name: str) -> Path:
         """Return the folder of a student."""
@@ -161,6 +190,16 @@ class ResultsFolder:
         return self.out / STATE / f"{name}.json"
 
 
+def _content(out: Path) -> dict[str, Any]:
+    """Return what batch.json says; of a new folder nothing."""
+    empty: dict[str, Any] = {"schema": SCHEMA, "key": "", "people": []}
+    if not is_batch(out):
+        return empty
+    content = json.loads((out / NAME).read_text(encoding="utf-8"))
+    known = isinstance(content.get("key"), str) and isinstance(content.get("people"), list)
+    return {**empty, **content} if known else empty
+
+
 def is_batch(out: Path) -> bool:
     """Say whether a folder is one of results."""
     try:
@@ -176,6 +215,7 @@ def summarised(content: Row) -> dict[str, Any]:
     return {
         **{key: content[key] for key in kept},
         "compiles": content["build"]["ok"],
+        "rejected": sorted(content["build"]["rejected"]),
         "exercises": {
             each["id"]: [each["outcome"], each["points"], each["max_points"]]
             for each in content["exercises"]
@@ -190,6 +230,7 @@ def _shared(summary: Mapping[str, Any]) -> dict[str, Any]:
     checks, exercises = summary["checks"], summary["exercises"]
     return {
         **summary,
+        "rejected": [sys.intern(name) for name in summary["rejected"]],
         "checks": {sys.intern(key): sys.intern(value) for key, value in checks.items()},
         "exercises": {sys.intern(key): _row(*value) for key, value in exercises.items()},
     }

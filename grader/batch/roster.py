@@ -1,41 +1,21 @@
-"""Who made what: one line for each person; what is doubled is said, never settled in silence."""
+"""The class: one line for each person, with the submission that is theirs, or why none is."""
 
 from __future__ import annotations
 
-import re
-import unicodedata
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from datetime import datetime
 
-from grader.batch.records import Candidate, Member
+from grader.batch.contents import some
+from grader.batch.identity import Claim, SubmittedWork, claims, is_known
+from grader.batch.names import key_of
+from grader.batch.records import Enrolled, Member
+from grader.batch.roll import Roll
 from grader.course.message import Message
 from grader.intake import authors
-from grader.intake.authors import Authors, Person
+from grader.intake.authors import Authors
 
-
-@dataclass(frozen=True)
-class SubmittedWork:
-    """A candidate, what its AUTEURS.txt says, and a hash of its sources."""
-
-    candidate: Candidate
-    authors: Authors | None
-    sources: str
-
-
-@dataclass(frozen=True)
-class Enrolled:
-    """A person of the grading worksheet."""
-
-    moodle: str
-    name: str
-    number: str = ""
-
-
-def key_of(name: str) -> str:
-    """Return a name without case, accents and order: what two spellings of it share."""
-    plain = unicodedata.normalize("NFKD", name.casefold())
-    letters = "".join(each for each in plain if not unicodedata.combining(each))
-    return " ".join(sorted(re.findall(r"\w+", letters)))
+ABSENT = "batch.absent"
+_Claims = list[tuple[str, Claim]]  # with the submission's name
 
 
 def read(content: bytes) -> Authors | None:
@@ -46,119 +26,128 @@ def read(content: bytes) -> Authors | None:
     return found if found.people or len(found.problems) > 1 else None
 
 
-def members(handed: Sequence[SubmittedWork], enrolled: Sequence[Enrolled]) -> list[Member]:
-    """Return the members of the class: those of the submissions, then who has handed in nothing."""
-    roll = _Roll(enrolled)
-    lines = [line for each in handed for line in _of_submission(each, roll)]
-    sources = {each.candidate.name: each.sources for each in handed}
-    merged = _merged(lines, sources)
-    present = {each.moodle for each in merged if each.moodle}
-    absent = [
-        Member(each.name, each.number, each.moodle, remarks=(Message("batch.absent"),))
-        for each in enrolled
-        if each.moodle not in present
+def members(works: Sequence[SubmittedWork], enrolled: Sequence[Enrolled]) -> list[Member]:
+    """Return the members of the class: in the worksheet's order, then others by their names."""
+    roll = Roll(enrolled)
+    for each in works:
+        roll.prepare(each.candidate, each.authors)
+    found: dict[Enrolled, _Claims] = {}
+    for each in works:
+        for claim in claims(each, roll):
+            found.setdefault(claim.person, []).append((each.candidate.name, claim))
+    dates = _Dates(works, roll, found)
+    sources = {each.candidate.name: each.sources for each in works}
+    teams = {each.candidate.name: each.authors.group for each in works if each.authors}
+    # Something was handed in that lies here under no name, or under another.
+    lost = any(each.handed and each not in found for each in roll.listed)
+    unsure = [each.candidate.name for each in works if not is_known(each, roll, lost)]
+    others = sorted(roll.outsiders, key=lambda each: (key_of(each.name), each.number, each.moodle))
+    return [
+        _Person(person, found.get(person, []), roll).member(sources, teams, dates, unsure)
+        for person in (*roll.listed, *(each for each in others if each in found))
     ]
-    return sorted([*merged, *absent], key=lambda each: (key_of(each.name), each.number, each.name))
 
 
-class _Roll:
-    """The persons of the worksheet, by what a submission may say of them."""
+class _Dates:
+    """When each submission was handed in, as far as the worksheet says."""
 
-    def __init__(self, enrolled: Iterable[Enrolled]) -> None:
-        self._moodle: dict[str, Enrolled] = {}
-        self._numbers: dict[str, Enrolled] = {}
-        self._names: dict[str, list[Enrolled]] = {}
-        for each in enrolled:
-            self._moodle[each.moodle] = each
-            if each.number:
-                self._numbers[_digits(each.number)] = each
-            self._names.setdefault(key_of(each.name), []).append(each)
+    def __init__(
+        self, works: Sequence[SubmittedWork], roll: Roll, found: Mapping[Enrolled, _Claims]
+    ) -> None:
+        self._sent = {
+            each.candidate.name: _first(roll.sender(each.candidate).people) for each in works
+        }
+        self._people: dict[str, list[Enrolled]] = {}
+        for person, own in found.items():
+            for name, claim in own:
+                if not claim.torn:
+                    self._people.setdefault(name, []).append(person)
 
-    def __bool__(self) -> bool:
-        return bool(self._moodle)
+    def of(self, person: Enrolled, names: Sequence[str]) -> datetime | None:
+        """Return when a person's work was handed in: by who did, else by any of its authors.
 
-    def by_moodle(self, moodle: str) -> Enrolled | None:
-        return self._moodle.get(moodle)
+        The same work may have been handed in by several: the first date counts.
+        """
+        sent = [moment for name in names if (moment := self._sent[name])]
+        if sent or person.handed:
+            return min(sent, default=person.handed)
+        return _first([each for name in names for each in self._people.get(name, [])])
 
-    def by_person(self, name: str, number: str) -> Enrolled | None:
-        """Return the person of that number, or of that name when only one has it."""
-        if number and (found := self._numbers.get(_digits(number))):
-            return found
-        same = self._names.get(key_of(name), [])
-        return same[0] if len(same) == 1 else None
-
-
-def _digits(number: str) -> str:
-    return re.sub(r"\D", "", number) or number
-
-
-def _of_submission(handed: SubmittedWork, roll: _Roll) -> list[Member]:
-    candidate, said = handed.candidate, handed.authors
-    sender = _sender(candidate, roll)
-    if said is None or not said.people:
-        problems = said.problems if said else ()
-        return [replace(sender, remarks=problems)]
-    lines = [_of_person(person, said, candidate, roll) for person in said.people]
-    lines = [replace(lines[0], remarks=said.problems), *lines[1:]]
-    if not candidate.number:
-        return lines
-    for k, line in enumerate(lines):
-        same_name = key_of(line.name) == key_of(sender.name)
-        if line.moodle == sender.moodle or (not line.moodle and same_name):
-            lines[k] = replace(line, moodle=sender.moodle)
-            return lines
-    if re.fullmatch(r"\D+\d+", sender.name) and len(lines) == 1:  # anonymous marking
-        return [replace(lines[0], moodle=sender.moodle)]
-    remark = Message("batch.sender_missing", {"name": sender.name})
-    return [*lines, replace(sender, remarks=(remark,))]
+    def is_own(self, person: Enrolled, names: Sequence[str]) -> bool:
+        """Say whether a person's own date is that of one of these submissions."""
+        return any(self._sent[name] in (None, person.handed) for name in names)
 
 
-def _sender(candidate: Candidate, roll: _Roll) -> Member:
-    known = roll.by_moodle(candidate.number)
-    if known is None and not candidate.number:
-        known = roll.by_person(candidate.label, "")
-    name, number = (known.name, known.number) if known else (candidate.label, "")
-    moodle = known.moodle if known else candidate.number
-    return Member(name, number, moodle, candidate.name)
+def _first(people: Sequence[Enrolled]) -> datetime | None:
+    return min((each.handed for each in people if each.handed), default=None)
 
 
-def _of_person(person: Person, said: Authors, candidate: Candidate, roll: _Roll) -> Member:
-    name = f"{person.first_name} {person.surname}".strip()
-    known = roll.by_person(name, person.number)
-    remarks: tuple[Message, ...] = ()
-    if roll and known is None:
-        remarks = (Message("batch.not_enrolled", {"name": name}),)
-    moodle = known.moodle if known else ""
-    number = person.number or (known.number if known else "")
-    return Member(name, number, moodle, candidate.name, remarks, team=said.group)
+class _Person:
+    """What submissions say of one person."""
+
+    def __init__(self, person: Enrolled, own: _Claims, roll: Roll) -> None:
+        self._person, self._own, self._roll = person, own, roll
+        self._settled = [(name, claim) for name, claim in own if not claim.torn]
+
+    def member(
+        self,
+        sources: Mapping[str, str],
+        teams: Mapping[str, str],
+        dates: _Dates,
+        unsure: Sequence[str],
+    ) -> Member:
+        """Return the line of that person; of several submissions that differ, none is chosen.
+
+        `unsure` are submissions whose authors are not all known.
+        """
+        # Of a folder of one's own that is not sure, another submission does not take the place.
+        rivals = [name for name, claim in self._own if claim.torn and claim.own]
+        names = list(dict.fromkeys(name for name, _ in self._settled))
+        names += [name for name in dict.fromkeys(rivals) if names and name not in names]
+        same = len({sources[name] for name in names}) == 1
+        nothing = [] if self._own else [self._nothing(unsure)]
+        remarks = [remark for _, claim in self._own for remark in claim.remarks] + nothing
+        if len(names) > 1:
+            key = "batch.doubled_same" if same else "batch.doubled"
+            remarks.append(Message(key, {"places": ", ".join(names)}))
+        if names and self._person.handed and not dates.is_own(self._person, names):
+            remarks.append(Message("batch.other_date", {"date": said(self._person.handed)}))
+        if self._person.draft:
+            remarks.append(Message("batch.draft"))
+        torn = list(dict.fromkeys(name for name, _ in self._own)) if not names else []
+        submission = names[0] if names else torn[0] if len(torn) == 1 else ""
+        absent = [each.key for each in nothing] == [ABSENT]
+        return Member(
+            *(self._name(), self._number(), self._person.moodle, submission),
+            remarks=tuple(remarks),
+            unsettled=not absent and not (names and same),
+            team=teams.get(submission, ""),
+            enrolled=self._person,
+            handed=dates.of(self._person, names) if names else None,
+        )
+
+    def _nothing(self, unsure: Sequence[str]) -> Message:
+        """Return why there is no submission of that person."""
+        if self._person.online:
+            return Message("batch.online")
+        if self._person.handed:
+            return Message("batch.not_there", {"date": said(self._person.handed)})
+        if unsure:
+            return Message("batch.perhaps", {"places": some(unsure)})
+        return Message(ABSENT)
+
+    def _name(self) -> str:
+        """Return the worksheet's name; that of AUTEURS.txt where it is hidden."""
+        if self._roll.is_listed and not self._roll.is_anonymous:
+            return self._person.name
+        written = [claim.name for _, claim in self._settled if claim.name]
+        return written[0] if written else self._person.name
+
+    def _number(self) -> str:
+        written = [claim.number for _, claim in self._settled if claim.number]
+        return self._person.number or (written[0] if written else "")
 
 
-def _merged(lines: Sequence[Member], sources: Mapping[str, str]) -> list[Member]:
-    """Return one line for each person; of several submissions that differ, none is chosen."""
-    groups: list[list[Member]] = []
-    places: dict[str, int] = {}
-    for line in lines:
-        keys = [f"moodle {line.moodle}"] if line.moodle else []
-        keys += [f"number {_digits(line.number)}"] if line.number else []
-        keys += [] if keys else [f"name {key_of(line.name)}"]
-        at = next((places[key] for key in keys if key in places), len(groups))
-        if at == len(groups):
-            groups.append([])
-        groups[at].append(line)
-        places |= {key: at for key in keys if key not in places}
-    return [_one(each, sources) for each in groups]
-
-
-def _one(lines: Sequence[Member], sources: Mapping[str, str]) -> Member:
-    first = lines[0]
-    names = list(dict.fromkeys(each.submission for each in lines))
-    remarks = tuple(remark for each in lines for remark in each.remarks)
-    moodle = next((each.moodle for each in lines if each.moodle), "")
-    number = next((each.number for each in lines if each.number), "")
-    merged = replace(first, moodle=moodle, number=number, remarks=remarks)
-    if len(names) == 1:
-        return merged
-    same = len({sources[name] for name in names}) == 1
-    key = "batch.doubled_same" if same else "batch.doubled"
-    told = (*remarks, Message(key, {"places": ", ".join(names)}))
-    return replace(merged, remarks=told, doubled=not same)
+def said(moment: datetime) -> str:
+    """Return a date as it is written for a person and read by spreadsheets."""
+    return moment.strftime("%Y-%m-%d %H:%M")

@@ -7,13 +7,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from grader.batch import contents
+from grader.batch.identity import SubmittedWork
 from grader.batch.records import Candidate, Settings, Task
 from grader.batch.results_folder import parts_of
-from grader.batch.roster import SubmittedWork, read
-from grader.course.message import Message
+from grader.batch.roster import read
 from grader.files import content_key
 from grader.intake.records import Source, Submission
-from grader.intake.submission import SubmissionError, read_submission
+from grader.intake.submission import read_submission
 
 
 @dataclass(frozen=True)
@@ -29,21 +30,17 @@ class TaskReader:
         return self.handed.candidate
 
 
-def read_candidate(candidate: Candidate, settings: Settings) -> TaskReader:
-    """Read a candidate; what makes it no submission becomes its problem."""
-    if candidate.problem:
+def read_candidate(candidate: Candidate, settings: Settings, work: Path) -> TaskReader:
+    """Read a candidate; what makes it no submission becomes its problem.
+
+    `work` is a folder for what must be unpacked.
+    """
+    candidate, submission = contents.read(candidate, work)
+    if submission is None:
         return TaskReader(SubmittedWork(candidate, None, candidate.name), {})
-    try:
-        submission = read_submission(candidate.path)
-    except SubmissionError as error:
-        values = {**error.values, "path": candidate.label}
-        problem = Message(error.key, values)
-        return TaskReader(
-            SubmittedWork(replace(candidate, problem=problem), None, candidate.name), {}
-        )
     content = content_key(sorted(submission.files.items()))
-    handed = SubmittedWork(candidate, read(submission.authors), content)
-    return TaskReader(handed, parts_of(_task(candidate, submission, settings)))
+    work_of = SubmittedWork(candidate, read(submission.authors), content)
+    return TaskReader(work_of, parts_of(_task(candidate, submission, settings)))
 
 
 def task_of(candidate: Candidate, settings: Settings) -> Task:

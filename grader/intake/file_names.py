@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 
+MAX_NAME = 255  # characters: no system has longer names
 _COPY_OF = re.compile(r"(?:copie|copy)(?: ?\(\d+\))? (?:de|of) (?P<name>.+)", re.IGNORECASE)
 _COPY = re.compile(
     r"(?P<stem>.+?)(?: ?\(\d+\)| ?\((?:\w+ )?cop(?:y|ie)(?: \d+)?\)| - cop(?:y|ie)(?: ?\(\d+\))?"
@@ -19,7 +20,7 @@ _HIDDEN = re.compile(r"(?P<name>.+\.(?:[chCH]|txt|TXT))\.txt", re.IGNORECASE)
 
 def original(name: str) -> str:
     """Return the name that a file had before browsers and systems changed it."""
-    before = ""
+    before = name if len(name) > MAX_NAME else ""
     while name != before:
         before = name
         name = name.strip()

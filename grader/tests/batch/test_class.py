@@ -78,6 +78,13 @@ def marks(out: Path) -> dict[str, list[float | None]]:
     return found
 
 
+def grades(out: Path) -> list[list[str]]:
+    """Return grades.csv without the pseudonyms, which each folder of results has of its own."""
+    sheet = csv_table.read(out / "grades.csv")
+    at = sheet.header.index("pseudonyme")
+    return [[cell for k, cell in enumerate(row) if k != at] for row in sheet.rows]
+
+
 def test_every_mark_is_the_expected_one(
     top: Path, first: Run, pupils: list[classroom.Pupil]
 ) -> None:
@@ -150,7 +157,7 @@ def test_worksheet_manual_marks_and_lateness(
 def test_a_batch_that_is_killed_goes_on(
     top: Path, first: Run, pupils: list[classroom.Pupil]
 ) -> None:
-    """By kill -9, after the first result: the same command ends with the same grades.csv."""
+    """By kill -9, after the first result: the same command ends with the same grades."""
     assert first.status == 0
     few = top / "few"
     few.mkdir()
@@ -178,8 +185,7 @@ def test_a_batch_that_is_killed_goes_on(
     resumed = batch(few, top / "killed")
     assert resumed.status == 0
     assert {name: (state / name).stat().st_mtime_ns for name in done} == stamps
-    names = [top / name / "grades.csv" for name in ("whole", "killed")]
-    assert names[0].read_bytes() == names[1].read_bytes()
+    assert grades(top / "whole") == grades(top / "killed")
 
 
 def test_a_batch_needs_strong_isolation(top: Path) -> None:

@@ -18,7 +18,7 @@ from grader.sandbox import bubblewrap
 
 RESULTS = {
     **{"score": 1.0, "max_score": 2.0, "bonus": 0.0, "max_bonus": 0.0, "incomplete": False},
-    **{"tps": [], "exercises": [], "checks": [], "build": {"ok": True}},
+    **{"tps": [], "exercises": [], "checks": [], "build": {"ok": True, "rejected": {}}},
 }
 PARTS = {"sources": "a"}
 

@@ -1,4 +1,4 @@
-"""Intake: what a folder or a Moodle archive holds, and who made it."""
+"""What a folder or a Moodle archive holds: one candidate for each submission, and what is told."""
 
 from __future__ import annotations
 
@@ -9,26 +9,30 @@ from pathlib import Path
 
 import pytest
 
-from grader.batch.discovery import discover
+from grader.batch.discovery import Found, discover
 from grader.batch.records import BatchError, Candidate, Settings
-from grader.batch.roster import Enrolled, SubmittedWork, members, read
 from grader.batch.tasks import read_candidate
-from grader.course.exercises import CORE
-from grader.intake.authors import parse
 from grader.tests.batch import classroom
+from grader.tests.batch.desk_class import locked, packed
 
 SETTINGS = Settings("fr", "strong")
 
 
+def search(path: Path, tmp_path: Path) -> Found:
+    """Return what a place holds."""
+    return discover(path, tmp_path / "work", tmp_path / "out")
+
+
 def found(path: Path, tmp_path: Path) -> dict[str, Candidate]:
     """Return the candidates of a place by name."""
-    return {each.name: each for each in discover(path, tmp_path / "work", tmp_path / "out")}
+    return {each.name: each for each in search(path, tmp_path).candidates}
 
 
 def keys(candidate: Candidate) -> list[str]:
     """Return what is wrong with a candidate, and what is to be known."""
-    problem = [candidate.problem.key] if candidate.problem else []
-    return problem + [str(each.values["reason"].key) for each in candidate.remarks]  # type: ignore[attr-defined]
+    told = [candidate.problem] if candidate.problem else []
+    told += candidate.remarks
+    return [getattr(each.values.get("reason"), "key", each.key) for each in told]
 
 
 def moodle(path: Path, entries: dict[str, str | bytes]) -> Path:
@@ -47,7 +51,7 @@ def test_a_class_of_every_kind(tmp_path: Path) -> None:
     problems = {
         name: reading.candidate.problem.key
         for name, each in candidates.items()
-        if (reading := read_candidate(each, SETTINGS)).candidate.problem
+        if (reading := read_candidate(each, SETTINGS, tmp_path / "work")).candidate.problem
     }
     kinds = {each.name: each.kind for each in pupils}
     assert {kinds[name]: key for name, key in problems.items()} == {
@@ -77,13 +81,15 @@ def test_moodle_names_with_accents_commas_and_apostrophes(tmp_path: Path) -> Non
         "103": "Zoë",
         "104": "Anne",
     }
-    reading = read_candidate(candidates["Zoë_103"], SETTINGS)
+    reading = read_candidate(candidates["Zoë_103"], SETTINGS, tmp_path)
     assert reading.candidate.problem is None
     assert sorted(each.name for each in candidates["Zoë_103"].path.iterdir()) == [
         "main.c",
         "octree.c",
     ]
-    assert keys(candidates["Anne_104"]) == ["batch.nothing"]
+    assert keys(candidates["Anne_104"]) == ["batch.nothing", "batch.unread"]
+    (unread,) = candidates["Anne_104"].remarks
+    assert unread.values["names"] == "rapport.pdf, onlinetext.html"
 
 
 def test_unsafe_entries_are_refused_one_by_one(tmp_path: Path) -> None:
@@ -110,7 +116,7 @@ def test_unsafe_entries_are_refused_one_by_one(tmp_path: Path) -> None:
             more.writestr(f"{top}/main.c", "int y;")
     candidates = found(archive, tmp_path)
     assert sorted(keys(candidates["A_1"])) == [
-        *("refused.link", "refused.name", "refused.name"),
+        *("batch.unreadable", "refused.link", "refused.name"),
         *("refused.outside", "refused.special", "refused.twice"),
     ]
     written = [path.name for path in (tmp_path / "work").rglob("*") if path.is_file()]
@@ -136,7 +142,9 @@ def test_too_large_a_submission_is_refused_unread(
     huge.parent.mkdir()
     huge.touch()
     os.truncate(huge, 500_000_000)
-    problem = read_candidate(found(huge.parent, tmp_path)["huge"], SETTINGS).candidate.problem
+    problem = read_candidate(
+        found(huge.parent, tmp_path)["huge"], SETTINGS, tmp_path
+    ).candidate.problem
     assert problem is not None
     assert problem.key == "submission.too_large"
 
@@ -171,61 +179,97 @@ def test_a_place_that_is_no_class(tmp_path: Path, content: bytes | None, key: st
     assert caught.value.key == f"batch.{key}"
 
 
-# ---- Members ------------------------------------------------------------------------------------
-
-
-def handed(name: str, said: str = "", number: str = "", sources: str = "") -> SubmittedWork:
-    """Return a submission with that AUTEURS.txt."""
-    label = name.partition("_")[0]
-    candidate = Candidate(name, label, Path("x"), number)
-    return SubmittedWork(candidate, parse(said.encode()) if said else None, sources or name)
-
-
-def told(
-    submissions: list[SubmittedWork], enrolled: list[Enrolled]
-) -> list[tuple[str, str, str, bool]]:
-    """Return name, Moodle's number, submission and whether nothing is chosen, by line."""
-    lines = members(submissions, enrolled)
-    return [(each.name, each.moodle, each.submission, each.doubled) for each in lines]
-
-
-ADA, BOB = Enrolled("1", "Ada Lovelace", "21900001"), Enrolled("2", "Bob Noël", "21900002")
-
-
-def test_a_pair_is_graded_once_and_has_two_lines() -> None:
-    """By number or by name, whatever the accents and the order; who is absent has a line too."""
-    pair = handed("Ada Lovelace_1", "Lovelace, Ada, 21900001\nNOEL, bob, \n", "1")
-    lines = told([pair], [ADA, BOB, Enrolled("3", "Carl Gauß")])
-    assert lines == [
-        ("Ada Lovelace", "1", "Ada Lovelace_1", False),
-        ("bob NOEL", "2", "Ada Lovelace_1", False),
-        ("Carl Gauß", "3", "", False),
-    ]
-
-
-@pytest.mark.parametrize(("sources", "chosen"), [("same", True), ("other", False)])
-def test_the_same_student_in_two_submissions(sources: str, chosen: bool) -> None:
-    """The same work handed in by both partners counts once; of different work none is chosen."""
-    first = handed("Ada Lovelace_1", "Lovelace, Ada, 21900001\nNoël, Bob, 21900002", "1", "same")
-    second = handed("Bob Noël_2", "Noël, Bob, 21900002", "2", sources)
-    lines = {line[0]: line[3] for line in told([first, second], [ADA, BOB])}
-    assert lines == {"Ada Lovelace": False, "Bob Noël": not chosen}
-
-
-def test_who_hands_in_without_being_an_author_is_told() -> None:
-    """They get a line, with a remark; an untouched template names nobody."""
-    sent = handed("Bob Noël_2", "Lovelace, Ada, 21900001", "2")
-    lines = {
-        each.name: [remark.key for remark in each.remarks] for each in members([sent], [ADA, BOB])
+@pytest.mark.parametrize("flat", [False, True])
+def test_both_layouts_follow_the_same_rules(tmp_path: Path, flat: bool) -> None:
+    """What cannot be graded is there and is told; renamed files are read; systems are nobody."""
+    between = "_" if flat else "/"
+    entries: dict[str, str | bytes] = {
+        f"A_1_assignsubmission_file{between}rendu.rar": "Rar!",
+        f"B_2_assignsubmission_file{between}main (1).c": "void fill_red(void) {}",
+        f"B_2_assignsubmission_file{between}AUTEURS.txt": "Lovelace, Ada, 21900001",
+        f"C_3_assignsubmission_file{between}main.c.txt": "void fill_red(void) {}",
+        f"C_3_assignsubmission_file{between}notes.txt": "",
+        f"Default group_assignsubmission_file{between}main.c": "int x;",
+        f"__MACOSX/A_1_assignsubmission_file{between}._rendu.rar": "",
+        ".DS_Store": "",
     }
-    assert lines == {"Ada Lovelace": [], "Bob Noël": ["batch.sender_missing"]}
-    assert read(b"") is None
-    template = (CORE / "AUTEURS.txt").read_bytes()
-    assert read(template) is None
+    candidates = found(moodle(tmp_path / "tous.zip", entries), tmp_path)
+    assert sorted(candidates) == ["A_1", "B_2", "C_3", "Default group"]
+    assert keys(candidates["A_1"]) == ["batch.nothing", "batch.unread"]
+    assert candidates["A_1"].remarks[0].values == {"names": "rendu.rar"}
+    assert (candidates["Default group"].number, candidates["Default group"].moodle) == ("", True)
+    told = {}
+    for name in ("B_2", "C_3"):
+        read = read_candidate(candidates[name], SETTINGS, tmp_path)
+        assert read.candidate.problem is None
+        told[name] = {each.key: each.values for each in read.candidate.remarks}
+    assert told["B_2"]["batch.renamed"] == {"path": "main (1).c", "name": "main.c"}
+    assert told["C_3"]["batch.renamed"] == {"path": "main.c.txt", "name": "main.c"}
+    assert told["C_3"]["batch.unread"] == {"names": "notes.txt"}
+    assert read_candidate(candidates["B_2"], SETTINGS, tmp_path).handed.authors is not None
 
 
-def test_anonymous_marking_keeps_the_participant() -> None:
-    """The worksheet has numbers and no names: the one author is the participant."""
-    sent = handed("Participant 12_12", "Lovelace, Ada, 21900001", "12")
-    lines = told([sent], [Enrolled("12", "Participant 12")])
-    assert lines == [("Ada Lovelace", "12", "Participant 12_12", False)]
+@pytest.mark.parametrize(
+    ("files", "problem", "remarks"),
+    [
+        ({"deep/core.zip": packed({"main.c": "fill_red"})}, None, ["batch.opened"]),
+        ({"a.zip": packed({"main.c": ""}), "b.zip": b""}, "batch.several", []),
+        ({"a.zip": packed({"b.zip": packed({"main.c": ""})})}, "submission.nothing", []),
+        ({"a.zip": b"PK"}, "submission.not_an_archive", []),
+        ({"a.txt": ""}, "submission.nothing", []),
+    ],
+)
+def test_one_level_of_archives_in_archives_is_opened(
+    tmp_path: Path, files: dict[str, str | bytes], problem: str | None, remarks: list[str]
+) -> None:
+    """When it holds the only files to judge, and that is told; of several nothing is chosen."""
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / "ada.zip").write_bytes(packed(files))
+    candidate = found(tmp_path / "in", tmp_path)["ada"]
+    read = read_candidate(candidate, SETTINGS, tmp_path / "work").candidate
+    assert (read.problem.key if read.problem else None) == problem
+    assert [each.key for each in read.remarks][: len(remarks)] == remarks
+
+
+@pytest.mark.parametrize(
+    ("content", "names"),
+    [
+        (locked(packed({"main.c": "int x;", "octree.c": "int y;"})), "main.c, octree.c"),
+        (packed({"main.c": " " * 1_000_001, "octree.c": "int y;"}), "main.c"),
+        (packed({"main.cpp": "int x;", "octree.c": "int y;"}), "main.c"),
+        (packed({"main (1).c": "a", "main (2).c": "b", "octree.c": "c"}), "main.c"),
+        (packed({"main.c": b"\0\0\0\0", "octree.c": "int y;"}), "main.c"),
+    ],
+)
+def test_a_file_of_the_students_that_cannot_be_read_is_no_mark(
+    tmp_path: Path, content: bytes, names: str
+) -> None:
+    """It would be a lower one for want of it: a remark says which file, and why."""
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / "ada.zip").write_bytes(content)
+    read = read_candidate(found(tmp_path / "in", tmp_path)["ada"], SETTINGS, tmp_path).candidate
+    assert read.problem is not None
+    assert (read.problem.key, read.problem.values) == ("batch.unreadable", {"names": names})
+    assert "batch.refused" in [each.key for each in read.remarks]
+
+
+def test_another_courses_files_are_told(tmp_path: Path) -> None:
+    """No function of the course is named in them."""
+    archive = moodle(
+        tmp_path / "tous.zip",
+        {
+            "A_1_assignsubmission_file/r.zip": packed(
+                {"main.c": "int main(void) {}", "client.c": ""}
+            )
+        },
+    )
+    read = read_candidate(found(archive, tmp_path)["A_1"], SETTINGS, tmp_path).candidate
+    assert [each.key for each in read.remarks] == ["batch.missing", "batch.foreign"]
+
+
+def test_files_that_are_no_submission_are_told(tmp_path: Path) -> None:
+    """A lone file in the folder of submissions; not what is read by others."""
+    for name in ("notes.txt", "main.c", "manual.csv", "course.toml", ".DS_Store", "Thumbs.db"):
+        (tmp_path / "in").mkdir(exist_ok=True)
+        (tmp_path / "in" / name).touch()
+    assert search(tmp_path / "in", tmp_path).strays == ["main.c", "notes.txt"]

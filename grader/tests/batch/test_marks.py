@@ -9,8 +9,9 @@ from typing import Any
 
 import pytest
 
-from grader.batch import csv_table, grades_csv, manual_marks, marks
-from grader.batch.records import BatchError, Candidate, Graded, ManualMark, Mark, Member
+from grader.batch import csv_table, grades_csv, last_run, manual_marks, marks
+from grader.batch.lateness import Deadlines, Lateness
+from grader.batch.records import BatchError, Candidate, Enrolled, Graded, ManualMark, Mark, Member
 from grader.course import settings as course
 from grader.course.exercises import ManifestError
 from grader.course.message import Message
@@ -29,12 +30,20 @@ def results(one: float, two: float, bonus: float = 0.0, incomplete: bool = False
         {"tp": 2, "score": two, "max_score": 30.0},
     ]
     exercises = {"TP1.1": ["passed", one, 15.0], "TP2.1": ["failed", two, 30.0]}
-    return {"tps": tps, "bonus": bonus, "incomplete": incomplete, "exercises": exercises}
+    return {
+        **{"tps": tps, "bonus": bonus, "incomplete": incomplete, "exercises": exercises},
+        **{"compiles": True, "rejected": []},
+    }
 
 
 def graded(summary: dict[str, Any] | None, **changes: Any) -> Graded:
     """Return Ada's submission with that result."""
     return Graded(Candidate("ada", "ada", Path("ada")), summary, **changes)
+
+
+def late(member: Member, handed: datetime | None, rules: Course) -> Lateness:
+    """Return how late a person is who has handed in then."""
+    return Deadlines(rules, []).of(replace(member, handed=handed))
 
 
 def value(
@@ -44,7 +53,7 @@ def value(
     handed: datetime | None = None,
 ) -> float | None:
     """Return Ada's mark."""
-    return marks.mark(ADA, graded(summary), hand, handed, rules).value
+    return marks.mark(ADA, graded(summary), hand, late(ADA, handed, rules), rules).value
 
 
 @pytest.mark.parametrize(
@@ -86,20 +95,23 @@ def test_lateness_is_a_persons_own() -> None:
         datetime(2026, 3, 30),
     ]
     assert [value(results(15, 30), rules, handed=each) for each in moments] == [20, 19, 17, 0]
-    late = marks.mark(BOB, graded(results(15, 30)), None, moments[0], rules)
-    assert (late.value, late.late_days) == (18.0, 2)
+    bob = marks.mark(BOB, graded(results(15, 30)), None, late(BOB, moments[0], rules), rules)
+    assert (bob.value, bob.late_days) == (18.0, 2)
+    assert bob.late == Message("batch.late", {"days": 2, "penalty": "2"})
 
 
 def test_what_is_no_mark_is_none_and_says_why() -> None:
     """A fault of the grader is no zero; nothing is chosen; an excuse; an absence."""
 
     def told(member: Member, known: Graded | None, rules: Course = RULES) -> tuple[Any, list[str]]:
-        mark = marks.mark(member, known, None, None, rules)
+        mark = marks.mark(member, known, None, Lateness(), rules)
         return mark.value, [each.key for each in mark.why]
 
     assert told(ADA, graded(None, failure="x")) == (None, ["batch.failed"])
     assert told(ADA, graded(results(15, 30, incomplete=True))) == (None, ["batch.failed"])
-    assert told(replace(ADA, doubled=True), graded(results(15, 30))) == (None, [])
+    excused_absent = replace(RULES, people=People(absent=0.0))
+    assert told(replace(ADA, unsettled=True), graded(results(15, 30))) == (None, [])
+    assert told(replace(ADA, submission="", unsettled=True), None, excused_absent) == (None, [])
     excused = replace(RULES, people=People(excused=("21900001",), absent=0.0))
     assert told(ADA, None, excused) == (None, ["batch.excused"])
     assert told(BOB, None, excused) == (0.0, [])
@@ -111,7 +123,7 @@ def test_what_is_no_mark_is_none_and_says_why() -> None:
 def test_an_override_wins_and_the_rubric_adds() -> None:
     """Over everything else, with its reason; a rubric's points count like the others."""
     override = ManualMark(2, {}, override=14.1, reason="oral")
-    mark = marks.mark(ADA, graded(None, failure="x"), override, None, RULES)
+    mark = marks.mark(ADA, graded(None, failure="x"), override, Lateness(), RULES)
     assert (mark.value, mark.error) == (14.0, False)
     assert mark.why == (Message("batch.overridden", {"reason": "oral"}),)
     assert value(results(7.5, 15), hand=ManualMark(2, {"dessin": 1.5, "style": -0.5})) == 11.0
@@ -169,6 +181,107 @@ def test_a_setting_about_nobody_is_told() -> None:
         marks.verify_people(rules, [ADA, BOB])
 
 
+@pytest.mark.parametrize("name", ["Marie Dupont", "dupont MARIE", "Dupont Marie"])
+def test_a_setting_about_several_is_refused(name: str) -> None:
+    """As in manual.csv; their number says who is meant."""
+    twins = [Member("Marie Dupont", "11111"), Member("Dupont Marie", "22222"), ADA]
+    rules = replace(RULES, people=People(excused=(name,)))
+    with pytest.raises(BatchError) as caught:
+        marks.verify_people(rules, twins)
+    assert (caught.value.key, caught.value.values) == ("batch.course_several", {"name": name})
+    marks.verify_people(replace(RULES, people=People(extensions={"22222": MOMENT})), twins)
+    both = replace(RULES, people=People(excused=("11111",), absent=0.0))
+    given = [marks.mark(each, None, None, Lateness(), both) for each in twins[:2]]
+    assert [each.value for each in given] == [None, 0.0]
+
+
+# ---- Lateness, and what Moodle says of it -------------------------------------------------------
+
+DUE = datetime(2026, 3, 2, 23, 59)
+MOMENT = datetime(2026, 3, 9, 23, 59)
+LATE_RULES = replace(RULES, deadlines={2: DUE}, late=Late(per_day=1, most=20))
+
+
+def enrolled(**changes: Any) -> Enrolled:
+    """Return a row of the worksheet."""
+    return Enrolled("1", "Ada Lovelace", "21900001", **changes)
+
+
+@pytest.mark.parametrize(
+    ("own", "rules", "days", "told"),
+    [
+        ({}, LATE_RULES, 5, []),
+        ({"extended": MOMENT}, LATE_RULES, 0, ["granted"]),
+        ({"due": MOMENT}, LATE_RULES, 0, ["granted"]),
+        ({"due": DUE}, LATE_RULES, 5, []),
+        ({"due": datetime(2026, 3, 1)}, LATE_RULES, 5, ["other_extension"]),
+        (
+            {"extended": MOMENT},
+            replace(LATE_RULES, people=People(extensions={"Ada Lovelace": datetime(2026, 3, 6)})),
+            *(2, ["other_extension"]),
+        ),
+        ({"extended": MOMENT}, RULES, 0, []),
+    ],
+)
+def test_what_moodle_grants_is_honoured_or_contradicted_aloud(
+    own: dict[str, Any], rules: Course, days: int, told: list[str]
+) -> None:
+    """An extension in the status, an override in the column of dates; [people] goes first."""
+    others = [Enrolled(f"{k}", f"P{k}", due=DUE) for k in range(2, 5)]
+    person = enrolled(**own)
+    member = replace(ADA, enrolled=person, handed=datetime(2026, 3, 7, 23, 0))
+    found = Deadlines(rules, [person, *others]).of(member)
+    assert (found.days, [each.key.removeprefix("batch.") for each in found.remarks]) == (days, told)
+
+
+@pytest.mark.parametrize(
+    ("people", "rules", "told"),
+    [
+        ([], LATE_RULES, ["no_dates"]),
+        ([enrolled()], LATE_RULES, ["no_dates"]),
+        ([enrolled(handed=DUE)], LATE_RULES, []),
+        ([enrolled(handed=DUE, due=MOMENT)], LATE_RULES, ["other_deadline"]),
+        ([enrolled(handed=DUE, due=DUE)], LATE_RULES, []),
+        ([enrolled(handed=DUE, due=DUE)], RULES, ["no_deadline"]),
+        ([enrolled(handed=DUE, late=True)], RULES, ["no_deadline"]),
+        ([enrolled(handed=DUE)], RULES, []),
+    ],
+)
+def test_deadlines_and_dates_that_do_not_meet_are_told(
+    people: list[Enrolled], rules: Course, told: list[str]
+) -> None:
+    """Before anything is graded: a deadline without dates, two deadlines, dates without any."""
+    found = Deadlines(rules, people).notices()
+    assert [each.key.removeprefix("batch.") for each in found] == told
+
+
+def test_one_date_that_is_missing_is_told() -> None:
+    """Nobody is late without a date; the person's line says so. And where Moodle says late."""
+    known = Deadlines(LATE_RULES, [enrolled(handed=DUE)])
+    assert known.of(ADA) == Lateness(0, (Message("batch.no_date"),))
+    late = replace(ADA, handed=DUE, enrolled=enrolled(late=True))
+    assert [each.key for each in known.of(late).remarks] == ["batch.moodle_late"]
+
+
+# ---- Why a mark is 0 ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("summary", "told"),
+    [
+        (results(0, 0), ["zero"]),
+        ({**results(0, 0), "compiles": False, "rejected": ["main.c"]}, ["not_compiled", "zero"]),
+        ({**results(0, 0), "compiles": False}, ["not_built", "zero"]),
+        ({**results(15, 30), "compiles": False, "rejected": ["a.c"]}, ["not_compiled"]),
+    ],
+)
+def test_a_mark_of_0_says_why(summary: dict[str, Any], told: list[str]) -> None:
+    """And who does not compile has a remark, whatever the mark."""
+    mark = marks.mark(ADA, graded(summary), None, Lateness(), RULES)
+    assert [each.key.removeprefix("batch.") for each in mark.why] == told
+    assert all(Texts(each).say(mark.why[-1].key, **mark.why[-1].values) for each in ("fr", "en"))
+
+
 # ---- manual.csv ---------------------------------------------------------------------------------
 
 
@@ -222,7 +335,7 @@ def test_grades_hold_no_formula_and_no_control(tmp_path: Path) -> None:
     names = ['=HYPERLINK("http://x")', "+1", "-x", "@a", "a\tb\x07\nc", 'quote"d;']
     given = [Mark(Member(each, f"0{k}"), 10.5) for k, each in enumerate(names)]
     path = tmp_path / "grades.csv"
-    path.write_bytes(grades_csv.grades(given, {}, Texts("fr")))
+    path.write_bytes(grades_csv.grades(given, {}, {}, Texts("fr")))
     sheet = csv_table.read(path)
     assert (sheet.delimiter, sheet.bom, sheet.header[0], sheet.header[5]) == (
         ";",
@@ -239,9 +352,84 @@ def test_grades_hold_no_formula_and_no_control(tmp_path: Path) -> None:
 def test_a_regrade_tells_old_mark_new_mark_and_why() -> None:
     """By what the mark depends on; a mark that stays is not listed."""
     known = {"ada": graded(results(15, 30), parts={"sources": "a", "grader": "1"})}
-    before = grades_csv.kept([Mark(ADA, 12.0), Mark(BOB, 3.0)], known, "rules")
+    before = last_run.kept([Mark(ADA, 12.0), Mark(BOB, 3.0)], known, {}, RULES)
     after = {"ada": graded(results(15, 30), parts={"sources": "b", "grader": "1"})}
-    now = grades_csv.kept([Mark(ADA, 14.5, late_days=1), Mark(BOB, 3.0)], after, "rules")
-    assert grades_csv.changes(before, now, Texts("fr")) == [
+    now = last_run.kept([Mark(ADA, 14.5, late_days=1), Mark(BOB, 3.0)], after, {}, RULES)
+    assert last_run.changes(before, now, Texts("fr")) == [
         ["Ada Lovelace", "12", "14,5", "retard changé, fichiers différents"]
     ]
+
+
+PARTS = {"sources": "a", "grader": "1"}
+
+
+@pytest.mark.parametrize(
+    ("member", "known", "hand", "rules", "why"),
+    [
+        (ADA, PARTS, None, RULES, "rien n'a changé : exécution différente"),
+        (ADA, PARTS, ManualMark(2, {"dessin": 1.0}), RULES, "saisie manuelle changée (manual.csv)"),
+        (
+            ADA,
+            PARTS,
+            ManualMark(2, {}, override=3.0),
+            RULES,
+            "saisie manuelle changée (manual.csv)",
+        ),
+        (ADA, PARTS, ManualMark(2, {}, "bien"), RULES, "saisie manuelle changée (manual.csv)"),
+        (replace(ADA, submission="bob"), PARTS, None, RULES, "rendu ou auteurs changés"),
+        (replace(ADA, unsettled=True), PARTS, None, RULES, "rendu ou auteurs changés"),
+        (ADA, {**PARTS, "grader": "2"}, None, RULES, "correcteur ou solution changés"),
+        (
+            *(replace(ADA, handed=datetime(2026, 3, 2)), PARTS, None, RULES),
+            "feuille d'évaluation changée",
+        ),
+        (
+            *(ADA, PARTS, None, replace(RULES, people=People(excused=("Ada Lovelace",)))),
+            "réglage de la personne changé ([people])",
+        ),
+        (ADA, PARTS, None, replace(RULES, marks=Marks(scale=10)), "barème changé (course.toml)"),
+        (
+            ADA,
+            PARTS,
+            None,
+            replace(RULES, people=People(excused=("Bob Noël",))),
+            "rien n'a changé : exécution différente",
+        ),
+    ],
+)
+def test_the_reason_is_the_true_one(
+    member: Member, known: dict[str, str], hand: ManualMark | None, rules: Course, why: str
+) -> None:
+    """Each of what a mark depends on has its own; "nothing has changed" when nothing has."""
+    results_of = {name: graded(results(15, 30), parts=known) for name in ("ada", "bob")}
+    old = {name: graded(results(15, 30), parts=PARTS) for name in ("ada", "bob")}
+    before = last_run.kept([Mark(ADA, 12.0)], old, {}, RULES)
+    hands = {member: hand} if hand else {}
+    now = last_run.kept([Mark(member, 13.0)], results_of, hands, rules)
+    assert last_run.changes(before, now, Texts("fr")) == [["Ada Lovelace", "12", "13", why]]
+
+
+def test_who_can_be_read_or_not_and_who_is_gone() -> None:
+    """A submission that cannot be read any more changes nothing else; who withdraws is told."""
+    before = last_run.kept(
+        [Mark(ADA, 12.0), Mark(BOB, 3.0)], {"ada": graded({}, parts=PARTS)}, {}, RULES
+    )
+    broken = Graded(Candidate("ada", "ada", Path("ada"), problem=Message("batch.nothing")))
+    now = last_run.kept([Mark(ADA, None)], {"ada": broken}, {}, RULES)
+    assert last_run.changes(before, now, Texts("fr")) == [
+        ["Ada Lovelace", "12", "", "rendu lisible ou non, changé"],
+        ["Bob Noël", "3", "", "n'est plus dans la classe"],
+    ]
+
+
+def test_a_person_is_known_again_by_what_both_runs_know() -> None:
+    """Moodle's number, else the student's, else the name; two namesakes are two."""
+
+    def same(one: Member, other: Member) -> bool:
+        return last_run.is_same(last_run.person_of(one), last_run.person_of(other))
+
+    assert same(ADA, replace(ADA, submission="x"))
+    assert same(ADA, Member("LOVELACE Ada"))
+    assert same(ADA, Member("A. Lovelace", "p21900001"))
+    assert not same(ADA, replace(ADA, moodle="57"))
+    assert not same(Member("Marie Dupont", "11111"), Member("Marie Dupont", "22222"))

@@ -14,7 +14,8 @@ from pathlib import Path
 
 import pytest
 
-from grader.batch import moodle_worksheet
+from grader.batch import csv_table, moodle_files, moodle_worksheet
+from grader.batch.moodle_dates import read_moment
 from grader.batch.records import BatchError, Mark, Member
 
 HEADERS = {
@@ -83,7 +84,8 @@ def test_a_worksheet_is_filled_in_place(
     """Marks where they belong, in the site's decimals; every other cell as it was."""
     path = worksheet(tmp_path / "notes.csv", language, delimiter, bom)
     before = path.read_bytes()
-    content, told = moodle_worksheet.filled(moodle_worksheet.read(path), MARKS)
+    filled = moodle_files.filled(moodle_worksheet.read(path), MARKS, 20)
+    content = filled.content
     assert imported(content, language, delimiter) == {
         101: (18.25, "'=1+1 &lt;b&gt;bien&lt;/b&gt;"),
         103: (9.5, "<p>ancien</p>"),
@@ -98,29 +100,48 @@ def test_a_worksheet_is_filled_in_place(
         for column, (x, y) in enumerate(zip(a, b, strict=True))
         if x != y
     }
-    assert changed == {(1, 5), (1, 10), (3, 5)}
-    assert [each.key for each in told] == ["batch.row_changed"]
+    # The grade, its date, the comment; the date is one that every site reads.
+    assert changed == {(1, 5), (1, 9), (1, 10), (3, 5), (3, 9)}
+    assert (rows[1][1][9], rows[1][2][9], rows[1][3][9]) == (
+        "2026-03-02 23:47",
+        "-",
+        "2026-03-02 23:47",
+    )
+    assert [each.key for each in filled.told] == ["batch.row_changed"]
+    assert filled.told[0].values["before"] == "7"
     assert path.read_bytes() == before
 
 
-def test_marks_are_cut_at_the_maximum_and_told(tmp_path: Path) -> None:
-    """A worksheet out of 10: what Moodle would pass over is cut, and listed with its line."""
-    path = worksheet(tmp_path / "notes.csv", "fr", most="10,00")
-    content, told = moodle_worksheet.filled(moodle_worksheet.read(path), MARKS)
-    assert imported(content, "fr", ",")[101][0] == 10.0
-    assert [(each.key, each.values["line"]) for each in told] == [
-        ("batch.row_cut", 2),
-        ("batch.row_changed", 4),
-    ]
-    assert b'"10,00"' in content
+@pytest.mark.parametrize(("most", "expected"), [("100,00", 91.25), ("10,00", 9.13), ("20", 18.25)])
+def test_marks_are_converted_to_the_worksheets_maximum(
+    tmp_path: Path, most: str, expected: float
+) -> None:
+    """Moodle's default is 100: 18.25 of 20 is 91.25 there; one line says so."""
+    path = worksheet(tmp_path / "notes.csv", "fr", most=most)
+    filled = moodle_files.filled(moodle_worksheet.read(path), MARKS, 20)
+    assert imported(filled.content, "fr", ",")[101][0] == expected
+    told = [each for each in filled.told if each.key == "batch.converted"]
+    assert [each.values for each in told] == (
+        [] if most == "20" else [{"scale": "20", "most": most[:-3]}]
+    )
+    assert filled.grades["101"] == f"{expected:.2f}".replace(".", ",")
 
 
 def test_a_locked_row_is_told(tmp_path: Path) -> None:
     """Moodle says itself which grades can no longer be changed."""
     path = worksheet(tmp_path / "notes.csv", "fr")
     path.write_text(path.read_text(encoding="utf-8").replace("Oui", "Non"), encoding="utf-8")
-    _, told = moodle_worksheet.filled(moodle_worksheet.read(path), MARKS)
-    assert [each.key for each in told] == ["batch.row_locked", "batch.row_locked"]
+    filled = moodle_files.filled(moodle_worksheet.read(path), MARKS, 20)
+    assert [each.key for each in filled.told] == ["batch.row_locked", "batch.row_locked"]
+
+
+def test_a_comment_of_ours_goes_when_there_is_none_any_more(tmp_path: Path) -> None:
+    """Lateness that an extension has excused; what somebody has written in Moodle stays."""
+    path = worksheet(tmp_path / "notes.csv", "fr")
+    read = moodle_worksheet.read(path)
+    for before, after in (({"103": "<p>ancien</p>"}, ""), ({"103": "autre"}, "<p>ancien</p>")):
+        filled = moodle_files.filled(read, MARKS, 20, before)
+        assert imported(filled.content, "fr", ",")[103] == (9.5, after)
 
 
 @pytest.mark.parametrize(
@@ -133,20 +154,53 @@ def test_a_locked_row_is_told(tmp_path: Path) -> None:
         ("Monday, March 2, 2026, 9:05 AM", datetime(2026, 3, 2, 9, 5)),
         ("Montag, 2. März 2026, 23:47", None),
         ("31 février 2026, 08:05", None),
+        ("2026-03-02 23:47", datetime(2026, 3, 2, 23, 47)),
+        ("-", None),
     ],
 )
 def test_dates_in_both_languages(text: str, moment: datetime | None) -> None:
     """As Moodle writes them; others are no date."""
-    assert moodle_worksheet.read_moment(text) == moment
+    assert read_moment(text) == moment
 
 
 def test_who_handed_in_when_and_who_is_enrolled(tmp_path: Path) -> None:
-    """By Moodle's number."""
+    """In the worksheet's order, by Moodle's number."""
     read = moodle_worksheet.read(worksheet(tmp_path / "notes.csv", "en"))
-    assert set(read.handed.items()) == {
-        (number, datetime(2026, 3, 2, 23, 47)) for number in ("101", "102", "103")
-    }
-    assert next((each.moodle, each.number) for each in read.enrolled) == ("101", "2190101")
+    assert [(each.moodle, each.number, each.handed, each.row) for each in read.enrolled] == [
+        (number, f"2190{number}", datetime(2026, 3, 2, 23, 47), row)
+        for row, number in enumerate(("101", "102", "103"))
+    ]
+    assert [(each.key, each.values) for each in read.unused()] == [
+        ("batch.unused_columns", {"names": "Email address, Autre, inconnue"})
+    ]
+
+
+STATUSES = {
+    "Remis pour évaluation - En retard de 10 min - Noté -  - ": (None, True, False),
+    "Pas de travail remis - Le devoir est en retard de 272 jours -  - ": (None, False, False),
+    "Brouillon (non remis) -  - ": (None, False, True),
+    "Submitted for grading - 1 day 2 hours late -  - ": (None, True, False),
+    "No submission - Assignment is overdue by: 272 days -  - ": (None, False, False),
+    "Draft (not submitted) -  - ": (None, False, True),
+    "Remis pour évaluation - Prolongation accordée jusqu’au : lundi 9 mars 2026, 23:59 -  - ": (
+        *(datetime(2026, 3, 9, 23, 59), False, False),
+    ),
+    "Submitted for grading - Extension granted until: Monday, 9 March 2026, 11:59 PM - ": (
+        *(datetime(2026, 3, 9, 23, 59), False, False),
+    ),
+}
+
+
+@pytest.mark.parametrize(("status", "facts"), STATUSES.items())
+def test_what_the_status_says(
+    tmp_path: Path, status: str, facts: tuple[datetime | None, bool, bool]
+) -> None:
+    """An extension, lateness, a draft; what is overdue is not late."""
+    path = worksheet(tmp_path / "notes.csv", "fr")
+    text = path.read_text(encoding="utf-8").replace("=état", f'"{status}"')
+    path.write_text(text, encoding="utf-8")
+    person = moodle_worksheet.read(path).enrolled[0]
+    assert (person.extended, person.late, person.draft) == facts
 
 
 @pytest.mark.parametrize(
@@ -154,6 +208,13 @@ def test_who_handed_in_when_and_who_is_enrolled(tmp_path: Path) -> None:
     [
         ("a,b\n1,2\n", "batch.not_a_worksheet"),
         ("Identifier,Grade\nParticipant 1,\nParticipant 1,\n", "batch.worksheet_twice"),
+        ("Identifier,Grade\nNobody,\n", "batch.worksheet_nobody"),
+        ("Identifier,Grade,Scale\nParticipant 1,,Bien\n", "batch.scale_of_words"),
+        ("Identifier,Grade,Maximum grade\nParticipant 1,,A  B  C\n", "batch.scale_of_words"),
+        (
+            "Identificador,Nombre,Estado,Calificación,Máxima,Fecha\nParticipante7,A,x,,20,-\n",
+            "batch.worksheet_language",
+        ),
     ],
 )
 def test_a_wrong_worksheet_is_named(tmp_path: Path, text: str, key: str) -> None:
@@ -166,18 +227,67 @@ def test_a_wrong_worksheet_is_named(tmp_path: Path, text: str, key: str) -> None
     worksheet(path, "fr")
     path.write_text(path.read_text(encoding="utf-8").replace("mars", "März"), encoding="utf-8")
     with pytest.raises(BatchError) as caught:
-        assert moodle_worksheet.read(path).handed
+        assert moodle_worksheet.read(path).enrolled
     assert (caught.value.key, caught.value.values["line"]) == ("batch.worksheet_date", 2)
 
 
 def test_feedback_goes_to_whom_its_folder_says(tmp_path: Path) -> None:
     """Name, number, plugin: split at underscores, of which a name has none left."""
-    (tmp_path / "report.html").write_text("<p>", encoding="utf-8")
-    name = moodle_worksheet.folder_name("Éloïse_d'Été", "101")
-    moodle_worksheet.write_feedback(tmp_path / "feedback.zip", {name: tmp_path})
+    name = moodle_files.folder_name("Éloïse_d'Été", "101")
+    moodle_files.write_feedback(tmp_path / "feedback.zip", {name: b"<p>"})
     with zipfile.ZipFile(tmp_path / "feedback.zip") as archive:
         (path,) = archive.namelist()
     part, rest = path.split("/")
     info = part.split("_", 4)
     assert (info[1:], rest) == (["101", "assignsubmission", "file", ""], "report.html")
     assert not (tmp_path / "feedback.part").exists()
+
+
+@pytest.mark.parametrize(
+    ("content", "delimiter", "line"),
+    [
+        ("\ufeff{}".encode(), ",", 2),
+        ("\ufeff{}".encode("utf-16-le"), "\t", 2),
+        ("\ufeff{}".encode("utf-16-be"), ";", 2),
+        ("{}".encode("utf-16-le"), ";", 2),
+        ("{}".encode("cp1252"), ";", 2),
+        ("\ufeffsep=;\r\n{}".encode(), ";", 3),
+        ("sep=\t\r\n{}".encode("cp1252"), "\t", 3),
+        (b'"sep=;"\r\n{}', ";", 3),
+    ],
+)
+def test_tables_of_every_spreadsheet_are_read(
+    tmp_path: Path, content: bytes, delimiter: str, line: int
+) -> None:
+    """UTF-16 with tabs, the line sep=, Windows' letters; what is written back is no UTF-16."""
+    encoding = "utf-16-be" if b"\0{" in content else "utf-16-le" if b"{\0" in content else "cp1252"
+    if content.startswith(b"\xef\xbb\xbf") or b'"sep' in content:
+        encoding = "utf-8"
+    table = "Identifiant;Note;Numéro d’identification\r\nParticipant1;;Zoé\r\n".replace(
+        ";", delimiter
+    )
+    path = tmp_path / "notes.csv"
+    path.write_bytes(content.replace("{}".encode(encoding), table.encode(encoding)))
+    sheet = csv_table.read(path)
+    assert sheet.header == ("Identifiant", "Note", "Numéro d’identification")
+    assert (sheet.rows, sheet.lines, sheet.delimiter) == (
+        *((("Participant1", "", "Zoé"),), (line,), delimiter),
+    )
+    assert csv_table.column(sheet.header, moodle_worksheet.COLUMNS["number"]) == 2
+    back = csv_table.written(sheet)
+    assert b"\0" not in back
+    assert b"sep=" not in back
+    assert back.decode("cp1252" if encoding == "cp1252" else "utf-8-sig") == table
+
+
+def test_tables_beside_the_submissions(tmp_path: Path) -> None:
+    """A worksheet in any language is one; another table is told; ours and manual.csv are known."""
+    worksheet(tmp_path / "a.csv", "fr")
+    foreign = "Identificador,Nombre,Estado,Nota,Fecha\nParticipante7,A,x,,-\n"
+    (tmp_path / "b.csv").write_text(foreign, encoding="utf-8")
+    (tmp_path / "oral.csv").write_text("nom;note\nAda;12\n", encoding="utf-8")
+    (tmp_path / "empty.csv").touch()
+    (tmp_path / "manual.csv").touch()
+    found, others = moodle_worksheet.beside(tmp_path, ("manual.csv",))
+    assert [each.name for each in found] == ["a.csv", "b.csv"]
+    assert [each.name for each in others] == ["empty.csv", "oral.csv"]

@@ -50,7 +50,9 @@ def page(names: bool, folder: Path, language: str = "fr") -> str:
         remark = (Message("batch.several", {"places": HOSTILE}),) if number % 7 == 0 else ()
         mark = None if number == 3 else 20 * share
         marks.append(Mark(Member(name, submission=key), mark, why=remark, error=number == 3))
-    return class_page.render(marks, graded, RULES, names, Texts(language), folder)
+    hidden = {key: f"K{number:03d}" for number, key in enumerate(reversed(graded), 1)}
+    shown = None if names else hidden
+    return class_page.render(marks, graded, RULES, shown, Texts(language), folder)
 
 
 @pytest.fixture
@@ -107,8 +109,8 @@ def test_without_names_nothing_tells_who(browser: Any, tmp_path: Path) -> None:
     assert "lève" not in text
     assert "students/" not in text
     tab = opened(browser, path.as_uri(), DESK)
-    assert column(tab, 1)[:2] == ["S001", "S002"]
-    assert tab.locator(".gallery figcaption").all_inner_texts() == ["Drawing: S005"]
+    assert column(tab, 1)[:2] == ["K001", "K002"]
+    assert tab.locator(".gallery figcaption").all_inner_texts() == ["Drawing: K026"]
     assert tab.locator(".gallery img").evaluate("each => each.naturalWidth") == 32
     assert tab.complaints == []
     tab.close()

@@ -13,12 +13,12 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from grader.batch import discovery
+from grader.batch import moodle_archive
 from grader.build import compiler_run, diagnostics, sanitizer_guard
 from grader.course.exercises import PACKAGE, ROOT
 from grader.execution import crash_location, death_messages, session_report
 from grader.execution.records import Cause, Death
-from grader.intake import authors
+from grader.intake import authors, file_names
 from grader.report.page import markup
 from grader.setup import folding
 
@@ -79,7 +79,8 @@ READERS: dict[str, tuple[int, Callable[[str], object]]] = {
         authors.MAX_BYTES,
         lambda text: authors.parse(text.encode()),
     ),
-    "_MOODLE": (60_000, discovery._MOODLE.fullmatch),
+    "FOLDER": (60_000, moodle_archive.FOLDER.fullmatch),
+    "_COPY_OF _COPY": (file_names.MAX_NAME, file_names.original),
     "_INSEPARABLE": (2000, lambda text: folding.folded(text, 80)),
     "_HIDDEN _SPAN": (2000, lambda text: (markup.typeset(text, "fr"), markup.c_lines(text))),
 }
