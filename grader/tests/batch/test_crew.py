@@ -196,6 +196,7 @@ def worker(address: str, folder: Path) -> subprocess.Popen[bytes]:
     )
 
 
+@pytest.mark.exhaustive
 @pytest.mark.filterwarnings("ignore")  # distributed's own, on shutdown
 def test_a_dask_worker_that_dies_is_replaced_by_another(scheduler: str, tmp_path: Path) -> None:
     """All of the submissions come back, each once; as from the local workers.

@@ -130,7 +130,8 @@ from grader.checking import student
 student.PICTURE_LIMITS = student.UNIT_LIMITS"""
 
 
-@pytest.mark.parametrize("language", sampled(LANGUAGES, ["en"]))
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("language", LANGUAGES)
 def test_an_endless_loop_in_tp4_ends_only_its_cells(
     language: str, cache: Path, tmp_path: Path
 ) -> None:
