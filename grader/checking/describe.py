@@ -5,12 +5,12 @@ Only what differs from zero, or from what ray_init puts there, is shown.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
-from grader.checking.expected_data import Array, Batch
+from grader.checking.expected_data import SIZE, Array, Batch
 
 # The fields of an object that its type uses; the union holds nothing else.
 OBJECTS = {
@@ -39,6 +39,9 @@ _OPTIONS = {
     "trace_ray": "shading",
     "pixel_color": "shading",
 }
+# What depends on the picture's size and on the camera.
+_PICTURES = ("camera_ray", "raytrace", "pixel_color")
+_COUNTS = {"scene": "object_count", "lights": "num_lights"}
 _MOST_ITEMS = 4  # of a scene: a longer list says nothing to a reader
 # Shown even when zero.
 _ALWAYS = (
@@ -80,19 +83,34 @@ def call(batch: Batch, case: int, hidden: Sequence[str] = ()) -> str:
 
 
 def setting(batch: Batch) -> str:
-    """Return the scene and, where they matter, the lights and the options of a batch."""
+    """Return what a batch is run in, in C's own names, which need no language.
+
+    The scene, or how long it is; where they matter the picture's size, the camera, the lights and
+    the options.
+    """
     lists = ("scene", "lights") if batch.function == "direct_light" else ("scene",)
-    parts = []
+    parts = [*_picture(batch)] if batch.function in _PICTURES else []
     for name in lists:
         items = batch.globals.get(name, np.zeros(0))
         if 0 < len(items) <= _MOST_ITEMS:
             parts.append(f"{name}: " + ", ".join(value(each) for each in items))
         elif len(items):
-            parts.append(f"{name}: {len(items)}")
+            parts.append(f"{_COUNTS[name]} = {len(items)}")
     option = _OPTIONS.get(batch.function)
     if option and "options" in batch.globals and not batch.globals["options"][option]:
         parts.append(f"options.{option} = false")
     return f" [{'; '.join(parts)}]" if parts else ""
+
+
+def _picture(batch: Batch) -> Iterator[str]:
+    """Yield the size of the picture, the camera and the samples of a batch."""
+    width, height = SIZE
+    yield f"WIDTH = {width}, HEIGHT = {height}"
+    if "theCamera" in batch.globals:
+        yield f"theCamera: {value(batch.globals['theCamera'])}"
+    samples = int(batch.globals["options"]["samples"]) if "options" in batch.globals else 1
+    if samples != 1:
+        yield f"options.samples = {samples}"
 
 
 def complexity(batch: Batch, case: int) -> tuple[int, int, float]:

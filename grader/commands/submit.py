@@ -38,7 +38,7 @@ from grader.setup.folding import put
 TARGET = Target(320, 180)
 MAX_NAMED = 4  # functions that are not there
 # Comments and strings.
-_NO_CODE = re.compile(r'//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"', re.DOTALL)
+_NO_CODE = re.compile(r'//[^\n]*|/\*.*?(?:\*/|\Z)|"(?:\\.|[^"\\\n])*"', re.DOTALL)
 
 
 class HandinError(UserError):
@@ -229,7 +229,9 @@ def missing_functions(submission: Submission) -> list[str]:
         for name in each.functions
     ]
     wanted = ("main", *dict.fromkeys(names))
-    return [name for name in wanted if not re.search(rf"\b{name}\s*\([^;{{}}]*\)\s*{{", code)]
+    return [
+        name for name in wanted if not re.search(rf"\b{name}\s*\([^;{{}}]{{0,300}}\)\s*{{", code)
+    ]
 
 
 def _errors(result: BuildResult) -> Iterator[tuple[str, str]]:

@@ -14,7 +14,7 @@ _HIDDEN = re.compile(
 )
 _SPAN = re.compile(r'<span class="(\w+)">([^<]*)</span>')
 _STYLED = "kcsm"  # the first letters of the classes that style.css knows
-_MEMBER = re.compile(r"\w+(?:-&gt;[\w.]+)+")
+_MEMBER = re.compile(r"\b\w+(?:-&gt;[\w.]+)+")
 _NARROW, _WIDE = "\u202f", "\u00a0"
 
 

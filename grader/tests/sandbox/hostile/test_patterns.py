@@ -83,6 +83,7 @@ READERS: dict[str, tuple[int, Callable[[str], object]]] = {
     "_COPY_OF _COPY": (file_names.MAX_NAME, file_names.original),
     "_INSEPARABLE": (2000, lambda text: folding.folded(text, 80)),
     "_HIDDEN _SPAN": (2000, lambda text: (markup.typeset(text, "fr"), markup.c_lines(text))),
+    "_MEMBER": (100_000, lambda text: markup.told(text, "fr")),
 }
 # Of text that is our own.
 OURS = {
