@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from typing import Any, Protocol, TypeVar
@@ -22,6 +22,8 @@ T = TypeVar("T")
 COPIED = 1e-5
 # One level of the picture file: float and double round a gradient differently.
 ONE_LEVEL = 1 / 255
+# What stands for a pixel that was not drawn, in the pictures that are shown.
+_UNTOUCHED = np.float32(0.82)
 # Of a drawing, every so many rows and columns are put down.
 _SPARSE = 16
 
@@ -84,7 +86,7 @@ class Drawing:
         wrong = ~in_every_channel(np.abs(self.after - expected) <= tolerance)
         if wrong.any():
             self._note(wrong)
-            self._complain("wrong_pixel", wrong, expected)
+            self._complain("wrong_pixel", wrong, expected, expected)
 
     def expect_region(self, color: Any, region: PixelRegion) -> None:
         """Raise Wrong unless the region, and nothing else, has taken the colour."""
@@ -98,7 +100,10 @@ class Drawing:
         ):
             if wrong.any():
                 self._note(~kept)
-                self._complain(key, wrong, wanted)
+                # Where both are accepted, what was drawn is.
+                free = region.maybe & ~region.sure & (drawn | kept)
+                right = np.where(region.sure[..., None], wanted, self.before)
+                self._complain(key, wrong, wanted, np.where(free[..., None], self.after, right))
 
     def _note(self, pixels: Mask) -> None:
         """Put down which pixels matter, and a few of the colours."""
@@ -106,7 +111,8 @@ class Drawing:
         few = self.after[::_SPARSE, ::_SPARSE]
         self.observations.note(f"{self.call} colours", few[None], np.ones(1, bool), ONE_LEVEL)
 
-    def _complain(self, key: str, wrong: Mask, expected: Image) -> None:
+    def _complain(self, key: str, wrong: Mask, expected: Image, whole: Image) -> None:
+        """Raise Wrong at the first pixel that is; `whole` is the picture that was expected."""
         height, width = wrong.shape
         j, i = (int(each) for each in np.argwhere(wrong)[0])
         right = self.before[j, i] if key == "touched_pixel" else expected[j, i]
@@ -121,16 +127,34 @@ class Drawing:
             expected=shown(expected[j, i]),
             before=shown(self.before[j, i]),
         )
-        raise complaint.showing(self.evidence(i, j, right))
+        raise complaint.showing(self.evidence(i, j, right, whole))
 
-    def evidence(self, i: int, j: int, expected: Any) -> Evidence:
-        """Return the C program that makes the call and looks at a pixel."""
+    def evidence(self, i: int, j: int, expected: Any, whole: Image | None = None) -> Evidence:
+        """Return the C program that makes the call and looks at a pixel, and the pictures."""
         height, width = self.before.shape[:2]
         before = self.before[j, i]
         program = reproducer.of_drawing(
             self.name, (width, height), self.args, (i, j), before, expected
         )
-        return Evidence(reproducer=program)
+        return Evidence(
+            reproducer=program, images={} if whole is None else self._images(i, j, whole)
+        )
+
+    def _images(self, i: int, j: int, expected: Image) -> Mapping[str, bytes]:
+        """Return the pictures side by side, what nobody has drawn in grey; none when all is.
+
+        The noise that stands there says nothing to a reader, and no file format makes it small.
+        """
+        kept = in_every_channel(self.after == self.before)
+        if kept.all():
+            return {}
+        from grader.checking.pictures import views
+
+        got = np.where(kept[..., None], _UNTOUCHED, self.after)
+        left = in_every_channel(expected == self.before)
+        right = np.where(left[..., None], _UNTOUCHED, expected)
+        outside = np.abs(np.nan_to_num(got, nan=2.0, posinf=2.0, neginf=-2.0) - right).max(axis=2)
+        return views.images(got, right, outside, views.tile_around(j, i, outside.shape))
 
 
 @cache

@@ -65,7 +65,8 @@ def test_horizontal_gradient_direction(student: Student) -> None:
             if not (np.abs(got - np.array(wanted)) <= 1 / height + ONE_LEVEL).all():
                 values = {"got": shown(got), "expected": shown(wanted)}
                 wrong = Wrong("failure.end", call=drawing.call, j=j, height=height, **values)
-                raise wrong.showing(drawing.evidence(0, j, wanted))
+                whole = shapes.gradients(canvas.size, BLUE, WHITE)[0]
+                raise wrong.showing(drawing.evidence(0, j, wanted, whole))
 
 
 @pytest.mark.check("tp1.horizontal_gradient.rows")

@@ -54,6 +54,14 @@ def difference(got: Image, expected: Image, outside: Floats) -> Bytes:
     return _bytes(1 + strength[:, :, None] * (ends - 1))
 
 
+def tile_around(row: int, column: int, shape: tuple[int, ...]) -> tuple[int, int]:
+    """Return the first row and column of a tile that has a pixel in its middle, if it can."""
+    first = (each - TILE // 2 for each in (row, column))
+    pairs = zip(first, shape, strict=True)
+    bottom, left = (min(max(each, 0), size - TILE) for each, size in pairs)
+    return bottom, left
+
+
 def _framed(pixels: Bytes, worst: tuple[int, int]) -> Bytes:
     """Draw a frame around a tile."""
     bottom, left = (max(each - 1, 0) for each in worst)
