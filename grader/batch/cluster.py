@@ -1,7 +1,8 @@
 """The same work on a Dask cluster that is there already: `--scheduler tcp://host:8786`.
 
-Its workers need this project at the same version in their PYTHONPATH, and one thread each. One that
-dies is replaced by another, a few times; what then fails is the machine's fault.
+Scheduler and workers need this project at the same version in their PYTHONPATH, and workers one
+thread each. One that dies is replaced by another, a few times; what then fails is the machine's
+fault.
 """
 
 from __future__ import annotations
@@ -11,10 +12,14 @@ import itertools
 from collections.abc import Iterable, Iterator
 from typing import Any
 
+from grader import __version__
 from grader.batch.grade_one import grade
 from grader.batch.records import BatchError, GradedFiles, Task
+from grader.course.exercises import PACKAGE
+from grader.files import content_key
 
 CONNECT_SECONDS = 20
+MAX_TEXT = 500  # characters of an exception
 TRIES = 2
 AHEAD = 2  # tasks sent for each worker: the next one is there when it has done one
 
@@ -30,7 +35,27 @@ def run(tasks: Iterable[Task], address: str) -> Iterator[GradedFiles]:
     except (OSError, TimeoutError, ValueError) as error:
         raise BatchError("batch.no_scheduler", address=address, error=error) from error
     with client:
+        _verify(client)
         yield from _all(client, distributed, iter(tasks))
+
+
+def version() -> str:
+    """Return a name for the project's code as it is here."""
+    paths = sorted(path for path in PACKAGE.rglob("*.py") if "tests" not in path.parts)
+    return content_key(__version__, [path.read_bytes() for path in paths])
+
+
+def _verify(client: Any) -> None:
+    """Raise BatchError when the scheduler or a worker has not this project, or has another one."""
+    for who, ask in (("scheduler", client.run_on_scheduler), ("workers", client.run)):
+        try:
+            answer = ask(version)
+        except Exception as error:  # whatever the other side raised comes back as it is
+            text = f"{type(error).__name__}: {error}"[:MAX_TEXT]
+            raise BatchError("batch.cluster_without", who=who, error=text) from error
+        found = set(answer.values()) if isinstance(answer, dict) else {answer}
+        if found - {version()}:
+            raise BatchError("batch.cluster_other", who=who)
 
 
 def _all(client: Any, distributed: Any, tasks: Iterator[Task]) -> Iterator[GradedFiles]:
@@ -50,7 +75,9 @@ def _all(client: Any, distributed: Any, tasks: Iterator[Task]) -> Iterator[Grade
         task, turn = turns.pop(future)
         error = future.exception()
         bundle = (
-            GradedFiles(task.name, failure=f"{type(error).__name__}") if error else future.result()
+            GradedFiles(task.name, failure=f"{type(error).__name__}: {error}"[:MAX_TEXT])
+            if error
+            else future.result()
         )
         future.release()
         if (bundle.failure or bundle.incomplete) and turn < TRIES:

@@ -165,11 +165,20 @@ def test_what_a_killed_process_left_is_removed_by_the_next(tmp_path: Path) -> No
 
 @pytest.fixture(scope="module")
 def scheduler() -> Iterator[str]:
-    """Start a real scheduler; return its address."""
+    """Start a real scheduler, as the instructors' page says; return its address."""
+    with started(str(ROOT)) as address:
+        yield address
+
+
+@contextlib.contextmanager
+def started(path: str) -> Iterator[str]:
+    """Start a scheduler with that PYTHONPATH; yield its address."""
     pytest.importorskip("distributed")
     command = [sys.executable, "-m", "distributed.cli.dask_scheduler"]
     process = subprocess.Popen(
         [*command, "--port", "0", "--no-dashboard", "--host", "127.0.0.1"],
+        cwd="/",
+        env={**os.environ, "PYTHONPATH": path},
         stderr=subprocess.PIPE,
         text=True,
     )
@@ -220,6 +229,24 @@ def test_a_dask_worker_that_dies_is_replaced_by_another(scheduler: str, tmp_path
     with owner(tmp_path, 0) as (process, _):
         assert process.wait(60) == 0
     assert not list(tmp_path.glob("mrt-*"))
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_a_scheduler_without_the_project_is_told_at_once(tmp_path: Path) -> None:
+    """Before anything is sent, with the exception's own text; and another version too."""
+    with started(str(tmp_path)) as address, pytest.raises(BatchError) as caught:
+        list(cluster.run(tasks(1), address))
+    assert (caught.value.key, caught.value.values["who"]) == ("batch.cluster_without", "scheduler")
+    assert "grader" in str(caught.value.values["error"])
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_another_version_is_told(scheduler: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The code of both sides must be the same."""
+    monkeypatch.setattr(cluster, "__version__", "0.0")
+    with pytest.raises(BatchError) as caught:
+        list(cluster.run(tasks(1), scheduler))
+    assert caught.value.key == "batch.cluster_other"
 
 
 def test_a_scheduler_that_is_not_there_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
