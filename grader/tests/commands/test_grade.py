@@ -189,7 +189,7 @@ def test_stubs_and_constants_earn_nothing(grade: Grade, submission: Write) -> No
 
 
 def test_a_marker_left_in_right_code_is_a_note(grade: Grade, submission: Write) -> None:
-    """Right is right, with advice; wrong with its own marker is to do; another's excuses nothing."""
+    """Right is right, with advice; wrong with its own marker is to do; no other excuses."""
     done = grade(
         submission(
             fill='MRT_TODO("TP1.2"); for (int k = 0; k < WIDTH * HEIGHT; k++) img[k] = c;',
