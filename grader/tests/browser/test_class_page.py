@@ -68,12 +68,14 @@ def address(tmp_path: Path) -> str:
 def test_nothing_acts_and_nothing_sticks_out(
     browser: Any, address: str, size: tuple[int, int]
 ) -> None:
-    """Names are text; no request, no complaint, no sideways scrolling."""
+    """Names are text; no request, no complaint, no sideways scrolling: remarks are within reach."""
     tab = opened(browser, address, size)
     assert tab.evaluate("document.querySelectorAll('main img').length") == 0
     assert "<img src=x onerror=alert(1)>" in tab.inner_text(".class")
     width = tab.evaluate("document.documentElement.scrollWidth")
     assert (width, tab.complaints) == (size[0], [])
+    right = "each => each.getBoundingClientRect().right"
+    assert 0 < tab.locator(".class td.why").first.evaluate(right) <= size[0]
     tab.close()
 
 
