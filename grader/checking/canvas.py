@@ -11,6 +11,7 @@ import numpy as np
 
 from grader.checking import reproducer
 from grader.checking.comparison import Wrong
+from grader.checking.describe import pair, value
 from grader.checking.observations import Observations
 from grader.checking.records import Evidence
 from grader.checking.shapes import Image, Mask, PixelRegion, Size, in_every_channel
@@ -56,7 +57,7 @@ class Canvas:
 
     def draw(self, name: str, before: Image, **args: Any) -> Drawing:
         """Call a function on a copy of a picture; `args` are its other parameters, in order."""
-        values = "".join(f", {key} = {shown(value)}" for key, value in args.items())
+        values = "".join(f", {key} = {value(each)}" for key, each in args.items())
         call = f"{name}(img{values})"
         flat = before.reshape(-1, 3)
         reply = self._guard(
@@ -116,6 +117,7 @@ class Drawing:
         height, width = wrong.shape
         j, i = (int(each) for each in np.argwhere(wrong)[0])
         right = self.before[j, i] if key == "touched_pixel" else expected[j, i]
+        texts = pair(self.after[j, i], right)
         complaint = Wrong(
             f"failure.{key}",
             call=self.call,
@@ -123,9 +125,8 @@ class Drawing:
             j=j,
             width=width,
             height=height,
-            got=shown(self.after[j, i]),
-            expected=shown(expected[j, i]),
-            before=shown(self.before[j, i]),
+            before=texts["expected"],
+            **texts,
         )
         raise complaint.showing(self.evidence(i, j, right, whole))
 
@@ -161,10 +162,3 @@ class Drawing:
 def _noise(size: Size) -> Image:
     picture = np.random.default_rng(1).uniform(0.05, 0.95, (size[1], size[0], 3))
     return picture.astype(np.float32)
-
-
-def shown(value: Any) -> str:
-    """Return a number, or a triple of them, as short as it can be told."""
-    flat = np.ravel(np.asarray(value, np.float64))
-    text = ", ".join(f"{each:.4g}" for each in flat)
-    return f"({text})" if flat.size > 1 else text

@@ -8,13 +8,13 @@ accepted convention will do, and of the cases that are wrong the simplest is sho
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
-from grader.checking import describe, reproducer
+from grader.checking import clues, describe, reproducer
 from grader.checking.expected_data import Answer, Array, Batch
 from grader.checking.observations import Observations
 from grader.checking.records import Evidence
@@ -32,6 +32,11 @@ class Wrong(Exception):
         self.message = Message(key, values)
         self.evidence = Evidence()
 
+    def adding(self, then: Iterable[Message]) -> Wrong:
+        """Return this error, with sentences behind its own."""
+        self.message = replace(self.message, then=tuple(then))
+        return self
+
     def showing(self, evidence: Evidence) -> Wrong:
         """Return this error, with what there is to show beside its sentence."""
         self.evidence = evidence
@@ -47,6 +52,7 @@ class Answers:
     hidden: tuple[str, ...] = ()
     name: str = ""  # in the observations
     observations: Observations = field(default_factory=Observations)
+    alone: Callable[[int], Answer | None] | None = None  # makes one of the calls again, by itself
 
     @property
     def refused(self) -> Array:
@@ -102,9 +108,14 @@ class Answers:
         self._note(picks, best[2], where, by)
         case = self.simplest(best[1])
         pick = next(each for each in picks if self._wrong(best[2], [each], by)[case])
-        got, right = (by(_part(each, pick))[case] for each in (self.answer, best[2]))
-        look = Look(pick, right, self._left(case, pick), unit=by is unit)
-        raise self._told(case, pick, got, right).showing(self.evidence(case, look))
+        got, right = (by(_part(each, pick)) for each in (self.answer, best[2]))
+        wrong = self._wrong(best[2], [pick], by) & best[1]
+        look = Look(pick, right[case], self._left(case, pick), unit=by is unit)
+        found = self._clues(got, right, wrong)
+        if self._is_right_alone(case, pick, right[case : case + 1], by):
+            found = [Message("clue.alone")]
+        told = self._told(case, pick, got[case], right[case], found)
+        raise told.showing(self.evidence(case, look))
 
     def expect_kept(self, *names: str, where: Array) -> None:
         """Raise Wrong unless what these parameters point to is as it was before the call."""
@@ -116,7 +127,8 @@ class Answers:
                     self.observations.note(f"{self.name} {name}.{part} kept", changed, changed)
                     case = self.simplest(changed)
                     look = self._kept(name, part, case)
-                    wrong = Wrong("failure.changed", call=self.call(case), what=f"{name}->{part}")
+                    values = {"call": self.call(case), "what": f"{name}->{part}"}
+                    wrong = Wrong("failure.changed", part="changed", **values)
                     raise wrong.showing(self.evidence(case, look))
 
     def _note(
@@ -143,15 +155,24 @@ class Answers:
             return
         self.observations.note(f"{self.name} {values.get('what', key)}", wrong, wrong)
         case = self.simplest(wrong)
-        texts = {
-            name: describe.value(each[case]) if isinstance(each, np.ndarray) else each
+        own = {
+            name: each[case] if isinstance(each, np.ndarray) else each
             for name, each in values.items()
         }
+        texts = {
+            name: each if isinstance(each, str) else describe.value(each)
+            for name, each in own.items()
+        }
         looks: tuple[Look, ...] = ()
-        if isinstance(what := values.get("what", ""), str) and what:
-            right = values.get("expected")
-            right = right[case] if isinstance(right, np.ndarray) else right
-            looks = (Look(what.replace("->", "."), right),)
+        if what := texts.get("what", ""):
+            pick = what.replace("->", ".")
+            looks = (Look(pick, own.get("expected")),)
+            texts["part"] = _name(pick)
+            if not self._is_written(case, pick):
+                key = "failure.not_written"
+                texts["expected"] = texts.get("expected", texts.get("position", ""))
+        if {"got", "expected"} <= own.keys():
+            texts |= describe.pair(own["got"], own["expected"])
         raise Wrong(key, call=self.call(case), **texts).showing(self.evidence(case, *looks))
 
     def _wrong(self, accepted: Answer, picks: Sequence[str], by: Callable[[Array], Array]) -> Array:
@@ -160,14 +181,37 @@ class Answers:
             wrong |= far(by(self.got(pick)), by(_part(accepted, pick)), self.batch.tolerance)
         return wrong
 
-    def _told(self, case: int, pick: str, got: Array, expected: Array) -> Wrong:
+    def _is_right_alone(
+        self, case: int, pick: str, right: Array, by: Callable[[Array], Array]
+    ) -> bool:
+        """Say whether a call that is wrong gives the right answer when it is the only one."""
+        answer = self.alone(case) if self.alone and self.batch.count > 1 else None
+        return (
+            answer is not None
+            and not far(by(_part(answer, pick)), right, self.batch.tolerance).any()
+        )
+
+    def _clues(self, got: Array, right: Array, wrong: Array) -> list[Message]:
+        """Return what the wrong answers have in common, or the inputs that give them."""
+        columns = self.batch.args.values()
+        depths = [each["depth"] for each in columns if "depth" in (each.dtype.names or ())]
+        found = [clue for each in depths if (clue := clues.deeper(each, wrong))]
+        other = None if found else clues.of(got, right, wrong, self.batch.tolerance)
+        return [*found, other] if other else found
+
+    def _told(
+        self, case: int, pick: str, got: Array, expected: Array, then: Iterable[Message]
+    ) -> Wrong:
         name, _, field = pick.partition(".")
-        values = {"got": describe.value(got), "expected": describe.value(expected)}
+        values = {"call": self.call(case), **describe.pair(got, expected)}
         if name == "result":
-            return Wrong("failure.result", call=self.call(case), **values)
-        what = f"{name}->{field}"
-        key = "failure.output" if self._is_written(case, pick) else "failure.not_written"
-        return Wrong(key, call=self.call(case), what=what, **values)
+            is_bool = np.asarray(got).dtype == bool
+            part = {"part": values["got"]} if is_bool else {}
+            return Wrong("failure.result", **values, **part).adding(then)
+        values |= {"what": f"{name}->{field}", "part": _name(pick)}
+        if not self._is_written(case, pick):
+            return Wrong("failure.not_written", **values)
+        return Wrong("failure.output", **values).adding(then)
 
     def _before(self, pick: str) -> Array:
         return _part(Answer(None, self.batch.args), pick)
@@ -224,6 +268,11 @@ def _part(answer: Answer, pick: str) -> Array:
     for inner in fields:
         part = part[inner]
     return np.asarray(part)
+
+
+def _name(pick: str) -> str:
+    """Return the name of a part: that of its field, "material" for all of it."""
+    return "material" if ".mat." in pick else pick.rpartition(".")[2]
 
 
 def _differs(before: Array, after: Array) -> Array:

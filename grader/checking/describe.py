@@ -42,6 +42,8 @@ _OPTIONS = {
 # What depends on the picture's size and on the camera.
 _PICTURES = ("camera_ray", "raytrace", "pixel_color")
 _COUNTS = {"scene": "object_count", "lights": "num_lights"}
+DIGITS, FLOAT_DIGITS = 4, 9  # that are shown; that tell any two floats apart
+ALIKE = 1e-5  # share of the largest component: what differs by less is rounding
 _MOST_ITEMS = 4  # of a scene: a longer list says nothing to a reader
 # Shown even when zero.
 _ALWAYS = (
@@ -50,15 +52,42 @@ _ALWAYS = (
 )
 
 
-def number(value: float) -> str:
+def number(value: float, digits: int = DIGITS) -> str:
     """Return a number as short as it can be told."""
-    return f"{value + 0.0:.4g}"  # no -0
+    return f"{value + 0.0:.{digits}g}"  # no -0
 
 
-def value(item: Any, material: Sequence[str] = ()) -> str:
+def pair(got: Any, expected: Any) -> dict[str, str]:
+    """Return the texts of what came and of what is expected, with digits enough to tell them apart.
+
+    Every component that differs does so in its text, as far as a float goes.
+    """
+    sides = [np.ravel(np.asarray(each)) for each in (got, expected)]
+    digits = DIGITS
+    while digits < FLOAT_DIGITS and _look_alike(sides, digits):
+        digits += 1
+    return {"got": value(got, digits=digits), "expected": value(expected, digits=digits)}
+
+
+def _look_alike(sides: Sequence[Array], digits: int) -> bool:
+    """Say whether components that differ, by more than rounding, have the same text."""
+    if any(each.dtype.names or each.dtype.kind not in "fiu" for each in sides):
+        return False
+    got, expected = (each.astype(np.float64) for each in sides)
+    if got.shape != expected.shape:
+        return False
+    size = np.nan_to_num(np.abs(expected).max(initial=0.0))
+    far_apart = np.abs(got - expected) > ALIKE * max(size, ALIKE)
+    return any(
+        number(a, digits) == number(b, digits)
+        for a, b in zip(got[far_apart], expected[far_apart], strict=True)
+    )
+
+
+def value(item: Any, material: Sequence[str] = (), digits: int = DIGITS) -> str:
     """Return the text of a value: a bool, a number, a triple or a struct.
 
-    Of a material only the fields in `material` are shown.
+    Of a material only the fields in `material` are shown. A whole number has all its digits.
     """
     names = getattr(getattr(item, "dtype", None), "names", None)
     if names:
@@ -66,7 +95,11 @@ def value(item: Any, material: Sequence[str] = ()) -> str:
     array = np.asarray(item)
     if array.dtype == bool:
         return "true" if array else "false"
-    text = ", ".join(number(each) for each in np.ravel(array).astype(np.float64))
+    flat = np.ravel(array)
+    if flat.dtype.kind in "iu":
+        text = ", ".join(str(each) for each in flat)
+    else:
+        text = ", ".join(number(each, digits) for each in flat.astype(np.float64))
     return f"({text})" if array.size > 1 else text
 
 

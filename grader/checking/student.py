@@ -10,6 +10,7 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable, Collection, Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -223,7 +224,7 @@ class Bench:
     def trial(self, batch: Batch) -> Answers:
         """Make the calls of a batch in its setting. Raises CallDied."""
         self.prepare(batch)
-        return self.again(batch)
+        return replace(self.again(batch), alone=partial(_alone, self.core, batch))
 
     def again(self, batch: Batch, **addresses: Address) -> Answers:
         """Make the calls of a batch in the setting as it stands. Raises CallDied.
@@ -270,6 +271,18 @@ class Bench:
             lambda case: reproducer.of_command(name, args, self._setting),
         )
         return reply.result
+
+
+def _alone(core: Library, batch: Batch, case: int) -> Answer | None:
+    """Make one call of a batch in a process of its own; None when it does not come back."""
+    args = {name: column[case : case + 1] for name, column in batch.args.items()}
+    one = replace(batch, args=args)
+    try:
+        with core.session(UNIT_LIMITS) as session:
+            expected_data.prepare(session, core, one)
+            return expected_data.run(session, core, one)
+    except Died:
+        return None
 
 
 def without_answers(batch: Batch, **args: Array) -> Batch:

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from grader.checking.comparison import far
-from grader.checking.describe import value
+from grader.checking.describe import pair
 from grader.checking.expected_data import SIZE, Array, Batch
 from grader.checking.observations import Observations
 from grader.checking.pictures import views, whole
@@ -50,7 +50,7 @@ class Drawn:
         if not wrong.any():
             return
         j, i = divmod(int(np.flatnonzero(wrong)[0]), SIZE[0])
-        values = {"got": value(self.picture[j, i]), "expected": value(expected[j, i])}
+        values = pair(self.picture[j, i], expected[j, i])
         complaint = Wrong("failure.picture", i=i, j=j, **values)
         if turned := whole.turned(self.picture, expected, self.batch.tolerance):
             complaint = Wrong(turned)

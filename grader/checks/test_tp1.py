@@ -12,8 +12,8 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import pytest
 
-from grader.checking import shapes
-from grader.checking.canvas import ONE_LEVEL, Canvas, shown
+from grader.checking import describe, shapes
+from grader.checking.canvas import ONE_LEVEL, Canvas
 from grader.checking.shapes import Image
 from grader.checking.student import SIZES, Student, Wrong
 
@@ -63,7 +63,7 @@ def test_horizontal_gradient_direction(student: Student) -> None:
             got = drawing.after[j, 0]
             # Whatever the convention, an end is at most one row's step away from its colour.
             if not (np.abs(got - np.array(wanted)) <= 1 / height + ONE_LEVEL).all():
-                values = {"got": shown(got), "expected": shown(wanted)}
+                values = describe.pair(got, np.array(wanted))
                 wrong = Wrong("failure.end", call=drawing.call, j=j, height=height, **values)
                 whole = shapes.gradients(canvas.size, BLUE, WHITE)[0]
                 raise wrong.showing(drawing.evidence(0, j, wanted, whole))

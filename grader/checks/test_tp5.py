@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from grader.checking.comparison import far
-from grader.checking.describe import setting, value
+from grader.checking.describe import pair, setting
 from grader.checking.expected_data import SIZE
 from grader.checking.records import Evidence
 from grader.checking.reproducer import Look, of_command
@@ -97,7 +97,7 @@ def test_pixel_color_used(student: Student) -> None:
     batches = student.batches("pixel_color.mean")
     batch = next(each for each in batches if each.globals["options"]["samples"] == 2)
     with student.bench() as bench:
-        bench.trial(batch)
+        own = bench.trial(batch).got("result")
         bench.call("raytrace", f"raytrace(){setting(batch)}")
         picture = bench.session.get("output_image")
     i, j = batch.args["i"], batch.args["j"]
@@ -105,7 +105,8 @@ def test_pixel_color_used(student: Student) -> None:
     accepted = [each.result for each in batch.answers if each.result is not None]
     if all(far(got, each, batch.tolerance).any() for each in accepted):
         k = int(np.flatnonzero(far(got, accepted[0], batch.tolerance))[0])
-        values = {"got": value(got[k]), "expected": value(accepted[0][k])}
-        wrong = Wrong("failure.picture", i=i[k], j=j[k], **values)
+        values = {"i": i[k], "j": j[k], **pair(got[k], accepted[0][k])}
+        is_used = not far(got, own, batch.tolerance).any()
+        wrong = Wrong("failure.picture", part="pixel_color" if is_used else "", **values)
         look = Look(f"output_image[{j[k]} * WIDTH + {i[k]}]", accepted[0][k])
         raise wrong.showing(Evidence(reproducer=of_command("raytrace", [], batch, look)))

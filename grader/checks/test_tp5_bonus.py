@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from grader.checking.comparison import far, unit
-from grader.checking.describe import call, number, value
+from grader.checking.describe import call, number, pair, value
 from grader.checking.expected_data import Array, Batch
 from grader.checking.ray_origins import expect_fresh, expect_origin
 from grader.checking.records import Evidence
@@ -206,7 +206,7 @@ def test_populate_spheres_count(student: Student) -> None:
         first = np.append(spheres["center"][0], spheres["radius"][0])
         asked = np.append(batch.args["center"][k], batch.args["radius"][k])
         if far(first[None], asked[None], batch.tolerance)[0]:
-            raise Wrong("failure.first", call=text, got=value(first), expected=value(asked))
+            raise Wrong("failure.first", call=text, **pair(first, asked))
 
 
 @pytest.mark.check("tp5.populate_spheres.tangency")

@@ -42,7 +42,8 @@ class UserError(GraderError):
 
 @dataclass(frozen=True)
 class Message:
-    """What is wrong: the sentence of `key` in messages/, with its values."""
+    """What is wrong: the sentence of `key` in messages/, with its values, and what is added."""
 
     key: str
     values: dict[str, object] = field(default_factory=dict)
+    then: tuple[Message, ...] = ()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from grader.checking import reproducer
+from grader.checking import clues, reproducer
 from grader.course.exercises import Check, Exercise, Manifest
 from grader.course.texts import Texts
 from grader.evaluation.records import CheckResult, ExerciseResult, Finding, Outcome, Pixel
@@ -60,11 +60,14 @@ class _Telling:
         """Return a question, or the hint of the level, the last that there is.
 
         They are those of the mistake that is recognised, which the last level names; then those of
-        how the code ended, if it did not come back; of the check otherwise.
+        how the code ended, if it did not come back, or of what is wrong and how; of the check
+        otherwise.
         """
         if known := self._mistakes(finding.evidence.mistakes):
             return known
         if asked := death_messages.question(finding.message, self.texts, self.hint):
+            return asked
+        if asked := clues.question(finding.message, finding.check, self.texts, self.hint):
             return asked
         found = self.texts.get(f"question.{finding.check}")
         for level in range(2, self.hint + 1):

@@ -68,7 +68,8 @@ def told(what: Message, location: str, texts: Texts) -> str:
     values = {"place": _place(what, location, texts), **what.values}
     if values.get("call") == "":
         values["call"] = texts.say("death.loading")
-    return texts.say(what.key, **values)
+    sentences = [Message(what.key, values), *what.then]
+    return " ".join(texts.say(each.key, **each.values) for each in sentences)
 
 
 def question(what: Message | None, texts: Texts, level: int = 1) -> str:

@@ -28,6 +28,7 @@ from grader.checking.shapes import Image, Mask
 from grader.course.message import Message
 
 MOST = 0.9  # share that counts as "all"
+INSIDE = 0.5  # of what is wrong: more than edges, though no part is wrong as a whole
 NEARLY_NONE = 0.02
 PRESENT = 0.7  # of the things: displaced rather than missing
 REST = 0.1  # share of the picture from which it can be told that the rest is right
@@ -44,7 +45,8 @@ def find(scene: PictureParts) -> Message:
     """Return the sentence on the part that is wrong, and what that points to."""
     if scene.picture.stage == "glass":
         return _glass(scene)
-    if not any(wrong_share(each, scene.wrong) > MATCH for each in scene.regions):
+    is_fine = not any(wrong_share(each, scene.wrong) > MATCH for each in scene.regions)
+    if is_fine and (scene.wrong & scene.calm).sum() < INSIDE * scene.wrong.sum():
         return Message("picture.rims", {"thing": named(_worst_thing(scene))})
     causes: list[Callable[[PictureParts], Message | None]] = [_missing, _placed, _sampled, _acne]
     if scene.direct is not None and _is_lit_as(scene, scene.direct):
