@@ -1,12 +1,14 @@
 """TP5.2 in a function that is wrong without Fresnel already, which TP3.1 or TP4.3 pays for.
 
 What is right is then said by the submission itself: with Fresnel, its answers must be its own ones
-without, for materials whose ks is the coefficient.
+without, for materials whose ks is the coefficient. By itself that says nothing: a line that returns
+the coefficient would do. So the function must have passed something of its own exercise; or, where
+one idea spoils everything, look at all that it has to look at, but for one thing.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -17,8 +19,13 @@ from grader.checking.observations import Observations
 from grader.checking.student import Bench, CallDied, Student, Wrong
 from grader.checks.common import check_results, check_stages, with_options
 
-SHADE = ("shade.diffuse", "shade.lobe", "shade.both", "shade.far_lobe", "shade.back")
-MIRROR = ("mirror_color.sky", "mirror_color.object", "mirror_color.depth")
+# Suites of their own exercises: those in which something must be added, then nothing.
+SHADE, BACK = ("shade.diffuse", "shade.lobe", "shade.both", "shade.far_lobe"), ("shade.back",)
+MIRROR, DEPTH = ("mirror_color.sky", "mirror_color.object"), ("mirror_color.depth",)
+# What they have to look at, as arguments and fields.
+SHADE_INPUTS = ("n", "v", "l", "light_color", "mat.kd", "mat.ks", "mat.shininess")
+MIRROR_INPUTS = ("in.dir", "it.normal", "it.mat.ks", "scene.mat.kd")
+OFTEN = 0.25  # of the calls: in so many an answer changes with what is looked at
 HALVINGS = 20
 LEAST = 0.01  # of a colour: what ks must change in it for the coefficient to be seen
 FEW = 0.05  # of the calls in which it must be seen; a lobe that is wrong may be narrow
@@ -31,24 +38,35 @@ def is_used_in_shade(student: Student) -> bool:
 
     Half vectors that are wrong give wrong angles, the same ones for the three channels.
     """
-    return _judged(student, SHADE, check_results, _in_shade)
+
+    def is_something() -> bool:
+        some = [_passes(student, each, check_results) for each in SHADE]
+        if all(some) and _passes(student, *BACK, check_results):
+            return False  # it is right, and judged by what is expected
+        return any(some) or _looks(student, "fresnel_use.lobe", SHADE_INPUTS)
+
+    return _judged(student, is_something, _in_shade)
 
 
 def is_used_in_mirror(student: Student) -> bool:
     """Say whether a wrong mirror_color has the coefficient in the place of ks."""
-    return _judged(student, MIRROR, check_stages, _in_mirror)
+
+    def is_something() -> bool:
+        some = [_passes(student, each, check_stages) for each in MIRROR]
+        if all(some) and _passes(student, *DEPTH, check_stages):
+            return False
+        return any(some) or _looks(student, "mirror_color.object", MIRROR_INPUTS)
+
+    return _judged(student, is_something, _in_mirror)
 
 
 def _judged(
-    student: Student,
-    suites: tuple[str, ...],
-    check: Callable[[Student, str], None],
-    relation: Callable[[Student, Bench], bool],
+    student: Student, is_something: Callable[[], bool], relation: Callable[[Student, Bench], bool]
 ) -> bool:
-    """Say whether a function fails its own exercise's suites, and a relation holds in it."""
+    """Say whether a function is wrong without Fresnel, but something, and a relation holds."""
     noted, student.observations = student.observations, Observations()
     try:
-        if not _fails(student, suites, check):
+        if not is_something():
             return False
         with student.bench() as bench:
             return relation(student, bench)
@@ -58,15 +76,38 @@ def _judged(
         student.observations = noted
 
 
-def _fails(
-    student: Student, suites: tuple[str, ...], check: Callable[[Student, str], None]
-) -> bool:
+def _looks(student: Student, suite: str, inputs: Sequence[str]) -> bool:
+    """Say whether the answers without Fresnel change with each of the inputs, but one perhaps."""
+    batch = student.batches(suite)[-1]
+    with student.bench() as bench:
+        before = _without(bench, batch)
+        after = (_without(bench, _mixed_up(batch, each.split("."))) for each in inputs)
+        seen = [(np.abs(other - before).max(axis=1) > LEAST).mean() > OFTEN for other in after]
+    return seen.count(False) <= 1
+
+
+def _mixed_up(batch: Batch, path: Sequence[str]) -> Batch:
+    """Return the calls with another call's value of an argument, or another one of a global."""
+    name, *fields = path
+    own = batch.globals if name in batch.globals else batch.args
+    content = own[name].copy()
+    place = content
+    for field in fields[:-1]:
+        place = place[field]
+    value = place[fields[-1]] if fields else place
+    value[...] = 1 - value if own is batch.globals else np.roll(value, 1, axis=0)
+    changed = {**own, name: content}
+    if own is batch.globals:
+        return replace(batch, globals=changed, answers=())
+    return replace(batch, args=changed, answers=())
+
+
+def _passes(student: Student, suite: str, check: Callable[[Student, str], None]) -> bool:
     try:
-        for suite in suites:
-            check(student, suite)
+        check(student, suite)
     except Wrong:
-        return True
-    return False
+        return False
+    return True
 
 
 def _in_shade(student: Student, bench: Bench) -> bool:
@@ -98,7 +139,11 @@ def _in_shade(student: Student, bench: Bench) -> bool:
 
 
 def _in_mirror(student: Student, bench: Bench) -> bool:
-    """Say it with everything mirrored in a ball: what is wrong may be the sky."""
+    """Say it with everything mirrored in a ball: what is wrong may be the sky.
+
+    The ks for which the answers without Fresnel are those with it is looked for, and held against
+    the coefficient here: that is what is expected, and is never sent.
+    """
     (calls,) = student.batches("fresnel_use.mirror")
     room = bench.core.zeros("object", 1)
     room["type"], room["radius"] = bench.core.constants["SPHERE"], ROOM
@@ -106,13 +151,23 @@ def _in_mirror(student: Student, bench: Bench) -> bool:
     inside = replace(calls, globals={**calls.globals, "scene": room})
     result = calls.answers[0].result
     assert result is not None
-    hits, dull = calls.args["it"].copy(), calls.args["it"].copy()
-    hits["mat"]["ks"], dull["mat"]["ks"] = result / SKY, 0
-    with_it, without = bench.trial(inside).got("result"), _without(bench, inside, it=hits)
+
+    def without(ks: Array) -> Array:
+        hits = calls.args["it"].copy()
+        hits["mat"]["ks"] = ks
+        return _without(bench, inside, it=hits)
+
+    low: Array = np.zeros(result.shape, np.float32)
+    high: Array = np.ones(result.shape, np.float32)
+    got, slope = bench.trial(inside).got("result"), without(high) - without(low)
     # What ks does not change tells nothing: a constant would follow it too.
-    seen = np.abs(without - _without(bench, inside, it=dull)).min(axis=1) > LEAST
-    follows = ~far(with_it, without, calls.tolerance)
-    return bool(seen.mean() > FEW and follows.all())
+    seen = slope.min(axis=1) > LEAST
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        above = without(middle) > got
+        low, high = np.where(above, low, middle), np.where(above, middle, high)
+    follows = ~far(slope * low, slope * result / SKY, calls.tolerance)
+    return bool(seen.mean() > FEW and follows[seen].all())
 
 
 def _without(bench: Bench, calls: Batch, **changed: Array) -> Array:

@@ -6,8 +6,9 @@ of the submission's. When it passes then, and one of them has failed a check of 
 are earned and the finding says through what. Otherwise the fault is its own, or nobody else's: it
 costs its points, and the finding says which function, replaced alone, mends it.
 
-What runs beside the reference's code says only whether it is right: what is told and shown is
-always what the submission alone has answered and drawn.
+What runs beside the reference's code says only whether it is right: that code lies in the memory of
+the submission's process, which may read it, print it and draw it. So nothing of such a run is kept
+but its outcome; what is told and shown is always what the submission alone has answered and drawn.
 """
 
 from __future__ import annotations
@@ -78,6 +79,8 @@ class _Court:
         waiting = [check for check in order if self._is_open(check)]
         open_still = []
         for check in waiting:
+            if self._libraries.budget.spent:  # what would run now would only be out of time
+                break
             if guilty := self._guilty(check):
                 self._retry(check, guilty)
             else:
@@ -147,7 +150,7 @@ class _Court:
             self._mixed = self._stack.enter_context(self._libraries.mixed(names))
             self._lent = names
         own = self._rules.exercise(check.exercise).functions
-        second = self._again(check.id, Student(self._mixed, self._folder, own))
+        second = _sealed(self._again(check.id, Student(self._mixed, self._folder, own)))
         if second.outcome is Outcome.TIMEOUT:
             self._looping.add(check.exercise)
         return second
@@ -178,8 +181,10 @@ class _Court:
     def _failed_again(self, check: Check, second: Finding) -> Finding:
         """Return what a check has found that fails among the reference's functions too."""
         first, rules = self._found[check.id], self._rules
-        if check.exercise in second.todo or second.outcome is Outcome.ERROR:
+        if second.outcome is Outcome.ERROR:
             return second  # the machine's fault never becomes a mark
+        if check.exercise in second.todo:
+            return replace(first, todo=second.todo)
         guilty = rules.needed(check) & at_fault(self._found.values(), rules)
         own = judged(check, self._found, rules)
         shared = any(own & set(rules.exercise(each).functions) for each in guilty)
@@ -202,10 +207,32 @@ class _Court:
         return replace(finding, through=tuple(sorted(needed & wrong or finding.through)))
 
 
+def _sealed(second: Finding) -> Finding:
+    """Return what may be known of a run beside the reference's code: no word, value or picture.
+
+    What was wrong in its answers goes no further than to recognising a known mistake.
+    """
+    message = second.message
+    if message and message.key != NOT_LINKED:
+        kind = str(message.values.get("detail", "")).partition(":")[0]
+        message = Message("failure.error", {"detail": kind})
+    return replace(
+        second,
+        message=message,
+        location="",
+        output="",
+        evidence=Evidence(second.evidence.share),
+        remarks=(),
+        pictures=(),
+        candidates=(),
+    )
+
+
 def _forgiven(first: Finding, second: Finding, guilty: frozenset[str]) -> Finding:
     """Return a finding that passes once what is wrong is replaced; its own picture stays."""
     evidence = Evidence(images=first.evidence.images)
-    return replace(second, through=tuple(sorted(guilty)), output="", evidence=evidence)
+    through = tuple(sorted(guilty))
+    return replace(second, through=through, seconds=first.seconds, evidence=evidence)
 
 
 def judged(check: Check, found: Mapping[str, Finding], rules: Manifest) -> frozenset[str]:

@@ -24,7 +24,6 @@ from grader.evaluation.grading import grade
 from grader.evaluation.outcomes import outcome_of, was_killed
 from grader.evaluation.prefetch import Prefetch, RunResult
 from grader.evaluation.records import Finding, Outcome, PytestError
-from grader.evaluation.worst_pixel import with_worst_pixel
 from grader.execution.libraries import Libraries
 from grader.execution.worker_process import MachineError
 from grader.intake.submission import read_submission
@@ -188,8 +187,7 @@ class GraderPlugin:
         item = self._items[check]
         item.stash[_STUDENT] = student
         start = time.perf_counter()
-        finding = _finding(item, self._raised(item), time.perf_counter() - start)
-        return with_worst_pixel(finding, student)
+        return _finding(item, self._raised(item), time.perf_counter() - start)
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_pyfunc_call(self, pyfuncitem: pytest.Function) -> bool:

@@ -202,7 +202,11 @@ def test_functions_in_another_file_and_in_cxx_are_replaced_too(cache: Path) -> N
 LOBE, MIRROR = "tp5.fresnel_use.lobe", "tp5.fresnel_use.mirror"
 
 
-@pytest.mark.parametrize("wrong", ["shade_h_not_unit", "mirror_black_sky"])
+# The last two have nothing right without Fresnel, and look at all there is.
+@pytest.mark.parametrize(
+    "wrong",
+    ["shade_h_not_unit", "mirror_black_sky", "shade_light_colour_forgotten", "mirror_twice"],
+)
 def test_fresnel_is_judged_in_a_function_that_is_wrong_without_it(wrong: str, cache: Path) -> None:
     """By the function's own answers without Fresnel."""
     found = judge(KNOWN[wrong].files(), cache, 5, "fresnel_use")
@@ -225,6 +229,37 @@ def test_what_is_wrong_with_fresnel_as_well_is_not_forgiven(
     """Two mistakes in one function."""
     found = judge(both(wrong, use), cache, 5, "fresnel_use")
     assert {name for name, each in found.items() if each.outcome.value != "passed"} == {check}
+
+
+SCHLICK = "options.fresnel ? fresnel_schlick({mat}kr, {n}, {v}) : {mat}ks"
+JUNK_SHADE = SCHLICK.format(mat="mat->", n="n", v="v")
+JUNK_MIRROR = SCHLICK.format(mat="it->mat.", n="it->normal", v="vector_float_mul(-1.f, in->dir)")
+JUNK = {
+    "a line": (f"return {JUNK_SHADE};", f"return {JUNK_MIRROR};"),
+    "black where it may be": (
+        f"if (vector_dot(n, l) <= 0.f) return vector_init(0, 0, 0); return {JUNK_SHADE};",
+        f"if (in->depth >= options.max_depth) return vector_init(0, 0, 0);return {JUNK_MIRROR};",
+    ),
+    "a sum": (
+        f"return vector_add(mat->kd, {JUNK_SHADE});",
+        f"return vector_add(it->mat.kd, {JUNK_MIRROR});",
+    ),
+}
+
+
+@pytest.mark.parametrize("junk", JUNK)
+def test_the_coefficient_alone_is_no_fresnel(junk: str, cache: Path) -> None:
+    """What compares a submission with itself earns only where something else is right."""
+    files = solution()
+    text = files["raytracer.c"]
+    for name, body in zip(("shade", "mirror_color"), JUNK[junk], strict=True):
+        start = text.index("{", text.index(f"color {name}(")) + 1
+        text = text[:start] + body + text[text.index("\n}\n", start) :]
+    found = judge({**files, "raytracer.c": text}, cache, 5, "fresnel_use")
+    assert {name: (each.outcome.value, each.points) for name, each in found.items()} == {
+        LOBE: ("failed", 0),
+        MIRROR: ("failed", 0),
+    }
 
 
 PROVEN = {"tp3.shade.lobe": "failed", LOBE: "passed", MIRROR: "passed"}
