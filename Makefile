@@ -112,7 +112,7 @@ test-all: test ## et ceux qui passent tout en revue | and those that go through 
 
 # The generated files are those of their sources; the tests, side by side, one more at a time than there are cores
 # since many wait.
-PYTEST = "$$python" -m pytest -p xdist -n "$$(($$(getconf _NPROCESSORS_ONLN) + 1))" --dist loadgroup
+PYTEST = "$$python" -m pytest -p xdist -n "$$(($$(getconf _NPROCESSORS_ONLN) + 1))" --dist loadscope
 .PHONY: suite
 suite:
 	@$(call PYTHON_OF,dev) && set -x && "$$python" -m grader.authoring.skeleton.skeleton --check && \

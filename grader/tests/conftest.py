@@ -1,7 +1,7 @@
 """What the tests of the grader share: a cache of builds, and small submissions made for a test.
 
-`make test` runs them side by side, in several processes of pytest-xdist. A test goes wherever there
-is room, but those that share a fixture of their module stay together, so that it is made once.
+`make test` runs them side by side, in several processes of pytest-xdist; those of a module stay in
+one, so that a fixture of the module is made once.
 """
 
 from __future__ import annotations
@@ -18,25 +18,6 @@ from grader.tests.support.student import STUDENT_MAIN, main_c
 ROOT = Path(__file__).resolve().parents[2]
 
 Write = Callable[..., Path]
-
-
-def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Keep together what shares a fixture of its module, where tests run side by side."""
-    if not config.pluginmanager.hasplugin("xdist"):
-        return
-    for item in items:
-        if isinstance(item, pytest.Function) and item.get_closest_marker("xdist_group") is None:
-            _keep_together(item)
-
-
-def _keep_together(item: pytest.Function) -> None:
-    """Group a test with those that need the same fixtures, made once for their module."""
-    found = item._fixtureinfo.name2fixturedefs
-    shared = [name for name, each in found.items() if each[-1].scope == "module"]
-    if shared:
-        given = item.callspec.params if hasattr(item, "callspec") else {}
-        words = [str(given[name]) for name in sorted(shared) if name in given]
-        item.add_marker(pytest.mark.xdist_group(" ".join([item.location[0], *words])))
 
 
 @pytest.fixture(scope="session")
