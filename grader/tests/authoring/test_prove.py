@@ -17,6 +17,7 @@ from grader.authoring.proof import (
     figures,
     flaky,
     grades,
+    half_written,
     known,
     load,
     nothing,
@@ -310,6 +311,7 @@ def test_every_figure_has_a_name() -> None:
     assert set(KEYS) <= set(page.NAMES)
     made = [
         known.report([]),
+        half_written.report([]),
         pairs.report([], {}),
         right.report([]),
         flaky.report([]),

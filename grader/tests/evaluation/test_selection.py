@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import pytest
 
@@ -11,6 +12,7 @@ from grader.course import exercises as manifest
 from grader.course import settings
 from grader.course.texts import LANGUAGES, Texts
 from grader.evaluation.selection import choose
+from grader.tests.support.judging import judge, solution
 
 RULES = manifest.load()
 
@@ -132,3 +134,13 @@ def test_what_is_not_open_is_chosen_by_its_tp(monkeypatch: pytest.MonkeyPatch) -
         choose(RULES, None, "reflectance")
     assert (caught.value.key, caught.value.values["tp"]) == ("usage.other_tp", 5)
     assert choose(RULES, 5, "reflectance") == whole("TP5.1")
+
+
+@pytest.mark.parametrize("name", ["PYTEST_ADDOPTS", "PYTEST_PLUGINS"])
+def test_what_the_environment_asks_of_pytest_changes_no_mark(
+    name: str, cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A variable that a person has for pytest neither stops the checks nor leaves some out."""
+    monkeypatch.setenv(name, "-x" if name == "PYTEST_ADDOPTS" else "no_such_plugin")
+    found = judge(solution(), cache, 1, chosen=["tp1.fill_red.every_pixel"])
+    assert {each.outcome.value for each in found.values()} == {"passed"}
