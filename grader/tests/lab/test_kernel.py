@@ -47,7 +47,7 @@ def test_a_card_instead_of_a_traceback_and_the_notebook_goes_on(folder: Path, ed
     assert setup == []
     (card,) = crash
     assert card.output_type == "display_data"
-    assert "shade() reads or writes outside" in card.data["text/plain"]
+    assert "shade() uses a null pointer (NULL), in shade (raytracer.c:" in card.data["text/plain"]
     assert "(raytracer.c:" in card.data["text/html"]
     assert 'alt="Picture of 96 x 64 pixels."' in after[0].data["text/html"]
     assert "right, 2 / 2" in checked[0].data["text/plain"]
