@@ -23,6 +23,7 @@ from grader.sandbox.tools import OUT_OF_TIME, ToolResult, give_away, run_tool, t
 _POSITION = re.compile(
     r":\d+:|undefined|not defined|multiple definition"
 )  # where, or in what, an error is
+_NO_PLACE = re.compile(r"^cc1(?:plus)?(?=: fatal error: )", re.MULTILINE)  # of a whole file
 _INTERNAL_ERROR = 4  # gcc's status for a fault of its own: most often one of our limits
 
 
@@ -87,11 +88,12 @@ def _made(ran: ToolResult, command: str, name: str, folder: str) -> Made:
         why = f"what is made of it takes more than {tools.FILE_BYTES >> 20} MB"
         return Made(True, _error(name, why), slow=True)
     gave_up = bool(ran.signals) or _INTERNAL_ERROR in ran.parts
-    if gave_up or not _POSITION.search(ran.errors):
+    errors = _NO_PLACE.sub(f"{name}:1:1", ran.errors)
+    if gave_up or not _POSITION.search(errors):
         why = f"the compiler gives up, within {tools.MEMORY_BYTES >> 20} MB of memory"
         return Made(True, _error(name, why), slow=gave_up)
     # The assembler tells the name of its input, which is nobody's business.
-    said = re.sub(rf"{re.escape(folder)}/cc\w+", "asm", ran.errors)
+    said = re.sub(rf"{re.escape(folder)}/cc\w+", "asm", errors)
     return Made(True, said.replace(folder, "") or _error(name, f"{command} fails"))
 
 

@@ -81,19 +81,19 @@ def test_a_fault_of_the_grader_is_a_failure(
 
 # pytest remembers what lies beside the folders on its way, at most 1000 names: others come and go.
 FREED = """
-import functools, gc, sys
+import functools, gc, itertools, statistics, sys
 from pathlib import Path
 from grader.batch.grade_one import BuildFolder, grade
 from grader.tests.batch import test_crew
 place, counts = BuildFolder(Path(sys.argv[1])), []
-for task in test_crew.first_tps(4):
+for task in test_crew.first_tps(5):
     assert not grade(task, place).failure
     for each in gc.get_objects():
         if isinstance(each, functools._lru_cache_wrapper) and each.__module__ == "_pytest.nodes":
             each.cache_clear()
     gc.collect()
     counts.append(len(gc.get_objects()))
-print(counts[-1] - counts[1])
+print(statistics.median(b - a for a, b in itertools.pairwise(counts[1:])))
 """
 
 
@@ -106,10 +106,13 @@ def first_tps(count: int) -> Iterator[Task]:
 
 
 def test_a_worker_keeps_nothing_of_a_submission(tmp_path: Path) -> None:
-    """However many it grades: Python has no more objects after the fourth than after the second."""
+    """However many it grades: from the second on, the usual one leaves no object in Python.
+
+    Not each: what is needed for the first time, on a busy machine maybe, is loaded and stays.
+    """
     command = [sys.executable, "-c", FREED, str(tmp_path)]
     more = subprocess.check_output(command, cwd=ROOT, text=True, timeout=300)
-    assert int(more) < 3
+    assert float(more) < 3
 
 
 def test_a_full_disk_is_no_mistake_of_the_student(

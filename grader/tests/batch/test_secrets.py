@@ -209,7 +209,7 @@ def test_compiling_tells_nothing(results: tuple[Path, dict[str, Any]]) -> None:
         "include0.c:1:10: fatal error: PATH: No such file or directory",
         "include1.c:1:10: fatal error: PATH: No such file or directory",
         "asm.s:LINE: Error: file not found: PATH",
-        "cc1: fatal error: PATH: No such file or directory",
+        "dependency.c:1:1: fatal error: PATH: No such file or directory",
     }
     for name in [*map(str, hidden(top)), str(top / "in" / VICTIM / "no-such.c")]:
         said = said.replace(name, "PATH")

@@ -68,6 +68,7 @@ READERS: dict[str, tuple[int, Callable[[str], object]]] = {
     ),
     "_DUPLICATE": (100_000, diagnostics.duplicates),
     "_POSITION": (100_000, compiler_run._POSITION.search),
+    "_NO_PLACE": (100_000, lambda text: compiler_run._NO_PLACE.sub("a.c:1:1", text)),
     "_WORD _DEFINED _SILENT": (
         SOURCE,
         lambda text: (
