@@ -1,8 +1,8 @@
 /* A ray tracer that is right in other ways than the reference's: what the checks must accept.
  *
  * Direct quadratic form, directions of the camera that are not unit, >= for the depth, n.v in the lobe, bounced
- * rays moved along the normal, random samples. With WHOLE: the options and the glue are ignored, everything is
- * always on, in doubles, and rays start on the surface with a tmin that keeps them off it.
+ * rays moved along the normal, random samples. With WHOLE: the options and hit_color are ignored, everything is
+ * always on but glass, in doubles, and rays start on the surface with a tmin that keeps them off it.
  */
 #include "raytracer.h"
 
@@ -57,9 +57,10 @@ bool intersect_plane(ray *r, intersection *it, const object *obj) {
 #endif
 
 bool intersect_sphere(ray *r, intersection *it, const object *obj) {
-    vec3 o = vector_minus(r->orig, obj->center);
-    NUMBER a = vector_dot(r->dir, r->dir), b = 2.f * vector_dot(r->dir, o);
-    NUMBER c = vector_dot(o, o) - obj->radius * obj->radius;
+    vec3 o = vector_minus(r->orig, obj->center), d = r->dir;
+    NUMBER x = o.x, y = o.y, z = o.z, radius = obj->radius;
+    NUMBER a = vector_dot(d, d), b = 2 * (x * d.x + y * d.y + z * d.z);
+    NUMBER c = x * x + y * y + z * z - radius * radius;
     NUMBER delta = b * b - 4 * a * c;
     if (delta < 0) {
         return false;
@@ -96,7 +97,7 @@ color trace_ray(ray *r) {
     if (r->depth >= options.max_depth) {
         return vector_init(0, 0, 0);
     }
-    if (!intersect_scene(r, &it)) {
+    if (!nearest_hit(r, &it)) {
         return vector_init(0.2f, 0.2f, 0.6f);
     }
     vec3 v = vector_normalized(vector_float_mul(-1, r->dir));
