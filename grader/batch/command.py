@@ -9,6 +9,7 @@ import argparse
 import os
 import sys
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from rich.console import Console
@@ -25,6 +26,7 @@ from grader.console import parser as usage
 from grader.console.parser import Parser
 from grader.console.run import ExitCode, complain, run
 from grader.course import settings as course
+from grader.course.message import Message
 from grader.course.settings import Course
 from grader.course.texts import LANGUAGES, Texts
 from grader.execution.canary import prove
@@ -128,8 +130,27 @@ def _grade(
             else:
                 own = _graded(reading, results.save(bundle, reading.parts))
             found[bundle.name] = own
-            meter.step(bool(bundle.failure) or bundle.incomplete)
-    return found
+            meter.step(_has_failed(own))
+    return found | _suspicious([found[name] for name in todo])
+
+
+def _has_failed(graded: Graded) -> bool:
+    return bool(graded.failure) or bool(graded.results and graded.results["incomplete"])
+
+
+def _suspicious(graded: Sequence[Graded]) -> dict[str, Graded]:
+    """Return those at which the machine fails each time, while it grades most others, told so."""
+    failed = [each for each in graded if _has_failed(each)]
+    others = len(graded) - len(failed)
+    if others <= len(failed):
+        return {}
+    remark = Message("batch.suspicious", {"count": others})
+    return {
+        each.candidate.name: replace(
+            each, candidate=replace(each.candidate, remarks=(*each.candidate.remarks, remark))
+        )
+        for each in failed
+    }
 
 
 def _graded(reading: TaskReader, known: StoredResult) -> Graded:

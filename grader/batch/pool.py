@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import os
 import shutil
 import socket
@@ -12,7 +13,7 @@ import sys
 import time
 from collections import deque
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
 
@@ -20,12 +21,15 @@ from grader.batch.records import GradedFiles, Task
 from grader.batch.scratch import own_folder
 from grader.course.exercises import ROOT
 from grader.course.texts import Texts
+from grader.sandbox.budget import SECONDS, WALL, Budget
 
-# For one submission: the last of all deadlines, beyond what one takes that hangs wherever it can.
-MOST_SECONDS = 1800
+# For one submission, on a quiet machine: the last of all deadlines, beyond its own budget and what
+# is the grader's, which comes before and after.
+MOST_SECONDS = 2 * SECONDS[WALL]
 LOOK_SECONDS = 1.0
 END_SECONDS = 5.0
 TRIES = 2
+_ENDLESS = dict.fromkeys(SECONDS, math.inf)
 
 
 @dataclass
@@ -37,7 +41,7 @@ class _Worker:
     temporary: Path
     task: Task | None = None
     turn: int = 0
-    since: float = 0.0
+    patience: Budget = field(default_factory=Budget.endless)
 
     def end(self) -> None:
         """Kill it; its sandboxes die with it."""
@@ -49,6 +53,8 @@ class _Worker:
 
 def run(tasks: Iterable[Task], jobs: int, folder: Path) -> Iterator[GradedFiles]:
     """Grade; yield each bundle when it is known. What fails for the machine is tried once more.
+
+    What gives no answer in time is not: it would take as long again.
 
     `folder` is for what the workers make, and is there. They are ended with the iterator. Raises
     OSError.
@@ -64,7 +70,7 @@ def run(tasks: Iterable[Task], jobs: int, folder: Path) -> Iterator[GradedFiles]
                 return
             ready = wait([each.connection for each in busy], LOOK_SECONDS)
             for worker in busy:
-                late = time.monotonic() - worker.since > MOST_SECONDS
+                late = worker.connection not in ready and bool(worker.patience.spent)
                 if worker.connection not in ready and not late:
                     continue
                 task, turn = worker.task, worker.turn
@@ -73,7 +79,7 @@ def run(tasks: Iterable[Task], jobs: int, folder: Path) -> Iterator[GradedFiles]
                 if worker.task is not None:  # it is dead, or as good as dead
                     worker.end()
                     workers.remove(worker)
-                if (bundle.failure or bundle.incomplete) and turn < TRIES:
+                if (bundle.failure or bundle.incomplete) and turn < TRIES and not late:
                     again.append((task, turn + 1))
                 else:
                     yield bundle
@@ -101,7 +107,7 @@ def _hire(
             workers += free
         worker = free[0]
         worker.task, worker.turn = following
-        worker.since = time.monotonic()
+        worker.patience = Budget({**_ENDLESS, WALL: MOST_SECONDS})
         with contextlib.suppress(OSError):  # its death is heard
             worker.connection.send(worker.task)
 
@@ -116,7 +122,7 @@ def _heard(worker: _Worker, task: Task) -> GradedFiles:
     except (EOFError, OSError):
         return GradedFiles(task.name, failure=_texts(task).say("batch.worker_gone"))
     return GradedFiles(
-        task.name, failure=_texts(task).say("batch.worker_late", seconds=MOST_SECONDS)
+        task.name, failure=_texts(task).say("batch.worker_late", seconds=f"{MOST_SECONDS:g}")
     )
 
 

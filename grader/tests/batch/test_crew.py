@@ -17,6 +17,7 @@ from grader.batch import cluster, grade_one, pool, scratch
 from grader.batch.grade_one import BuildFolder
 from grader.batch.records import BatchError, Settings, Task
 from grader.course.exercises import ROOT
+from grader.sandbox import budget
 from grader.tests.support.student import STUDENT_MAIN, main_c
 
 AROUND = {"missing": (), "refused": (), "sources": (), "changed": (), "converted": ()}
@@ -61,6 +62,23 @@ def test_what_kills_every_worker_is_a_failure(
     assert {each.name: each.failure for each in done} == dict.fromkeys(
         ("S0", "S1"), "le processus qui évaluait ce rendu a disparu"
     )
+
+
+def test_what_gives_no_answer_is_not_tried_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It would take as long again; the deadline is that of the budgets, not half an hour."""
+    assert pool.MOST_SECONDS <= 2 * budget.SECONDS[budget.WALL]
+    started = tmp_path / "started"
+    silent = tmp_path / "silent"
+    silent.write_text(f"#!/bin/sh\necho >> '{started}'\nexec sleep 60\n", encoding="utf-8")
+    silent.chmod(0o755)
+    monkeypatch.setattr(sys, "executable", str(silent))
+    monkeypatch.setattr(pool, "MOST_SECONDS", 0.5)
+    monkeypatch.setattr(pool, "LOOK_SECONDS", 0.1)
+    (done,) = pool.run(tasks(1), 1, tmp_path)
+    assert done.failure == "pas de réponse après 0.5 s"
+    assert started.read_text(encoding="ascii") == "\n"
 
 
 def test_a_fault_of_the_grader_is_a_failure(

@@ -5,16 +5,18 @@ from __future__ import annotations
 import json
 import os
 import shutil
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import pytest
 
 from grader import commands
-from grader.batch import results_folder
-from grader.batch.records import BatchError, GradedFiles
+from grader.batch import pool, results_folder
+from grader.batch.records import BatchError, GradedFiles, Task
 from grader.batch.results_folder import ResultsFolder, StoredResult
 from grader.console.run import ExitCode
 from grader.sandbox import bubblewrap
+from grader.tests.batch import fake_grading
 
 RESULTS = {
     **{"score": 1.0, "max_score": 2.0, "bonus": 0.0, "max_bonus": 0.0, "incomplete": False},
@@ -54,6 +56,29 @@ def test_an_incomplete_result_is_shown_and_not_kept(tmp_path: Path) -> None:
         results.save(bundle(incomplete=True), PARTS)
         assert (results.folder("ada") / "report.html").exists()
         assert results.known("ada") is None
+
+
+def test_where_the_machine_fails_alone_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Each time at one submission while it grades the others: somebody is to look at it."""
+    for name in ("Ada", "Eve", "Zoe"):
+        (tmp_path / "in" / name).mkdir(parents=True)
+        text = fake_grading.source(1, name)
+        (tmp_path / "in" / name / "main.c").write_text(text, encoding="utf-8")
+    fake_grading.use(monkeypatch, pages=False)
+    graded = fake_grading.run
+
+    def failing(tasks: Iterable[Task], *_: object) -> Iterator[GradedFiles]:
+        for each in graded(tasks):
+            yield GradedFiles("Eve", failure="gone") if each.name == "Eve" else each
+
+    monkeypatch.setattr(pool, "run", failing)
+    command = ["batch", str(tmp_path / "in"), "--out", str(tmp_path / "out"), "--lang", "en"]
+    assert commands.main(command) == ExitCode.FAILED
+    (line,) = [each for each in capsys.readouterr().out.splitlines() if "each time" in each]
+    assert line.strip().startswith("Eve")
+    assert "graded 2 others" in line
 
 
 def test_a_class_takes_little_memory(tmp_path: Path) -> None:
