@@ -14,6 +14,7 @@ from pathlib import Path
 
 from grader.batch import csv_table
 from grader.batch.csv_table import Sheet
+from grader.batch.moodle_archive import FOLDER
 from grader.batch.moodle_dates import read_moment
 from grader.batch.records import BatchError, Enrolled
 from grader.course.message import Message
@@ -167,7 +168,8 @@ def beside(folder: Path, leave: Sequence[str]) -> tuple[list[Path], list[Path]]:
     """
     found, others = [], []
     for path in sorted(folder.glob("*.csv")):
-        if path.name in leave or path.name.startswith("."):
+        # What bears a participant's name is theirs, in Moodle's layout without folders.
+        if path.name in leave or path.name.startswith(".") or FOLDER.match(path.name):
             continue
         try:
             sheet = csv_table.read(path)

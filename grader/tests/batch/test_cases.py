@@ -47,6 +47,35 @@ def test_the_worksheets_maximum_is_another(a_class: Laid) -> None:
     assert "the marks out of 20 are written there out of 100" in done.said
 
 
+@pytest.mark.parametrize("archived", [False, True])
+def test_a_students_file_is_never_the_courses(a_class: Laid, archived: bool) -> None:
+    """A worksheet, course.toml or manual.csv that is handed in counts for nothing, and is told.
+
+    In the layout without folders each would lie beside the submissions, and would swap two marks.
+    """
+    swapped = table([row(1, "Eve"), row(3, "Ada")])
+    late = "[deadlines]\nTP1 = 2016-03-02T23:59:00\n[marks]\nscale = 100\n"
+    by_hand = "who;override;reason\nAda;0;none\nEve;20;mine\n"
+    entries: dict[str, str | bytes] = {
+        f"Ada_1_{FILE}_r.zip": packed(submission(1)),
+        f"Eve_3_{FILE}_r.zip": packed(submission(0.1)),
+        f"Eve_3_{FILE}_results.csv": swapped,
+        f"Eve_3_{FILE}_course.toml": late,
+        f"Eve_3_{FILE}_manual.csv": by_hand,
+    }
+    if archived:
+        entries |= {"course.toml": late, "manual.csv": by_hand, "results.csv": swapped}
+        a_class.archive(entries)
+    else:
+        for name, content in entries.items():
+            a_class.write(name, content)
+    done = a_class.run(archive="all.zip" if archived else "")
+    assert (done.status, done.marks()) == (ExitCode.DONE, {"Ada 1": 20, "Eve 3": 2})
+    assert not (done.out / "moodle").exists()
+    (_, remarks) = done.lines()["Eve 3"]
+    assert all(name in remarks for name in ("results.csv", "course.toml", "manual.csv"))
+
+
 def test_a_scale_of_words_is_refused(a_class: Laid) -> None:
     """Before anything is graded, with what to do."""
     a_class.archive({f"Ada_57_{FILE}/r.zip": packed(submission(1))})
