@@ -13,11 +13,12 @@ import stat
 import unicodedata
 import zipfile
 import zlib
+from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 
 from grader.batch.records import BatchError
-from grader.intake.archives import MAX_ARCHIVE_BYTES, is_listed, zip_time
+from grader.intake.archives import MAX_ARCHIVE_BYTES, MAX_FILE_BYTES, is_listed, zip_time
 from grader.intake.records import Refusal
 
 # The name of a participant's or a group's folder; without folders each file's name begins so.
@@ -26,7 +27,7 @@ FOLDER = re.compile(
 )
 ARCHIVES = (".zip", ".tar.gz", ".tgz", ".tar")
 MAX_ENTRIES = 100_000
-MAX_TOTAL_BYTES = 4_000_000_000  # of what is written
+MAX_FILES = 10_000  # of one participant
 MAX_PART = 200  # bytes of a file's name
 _SYSTEM = (".DS_Store", "Thumbs.db", "desktop.ini")
 _UTF8_FLAG = 0x800
@@ -65,7 +66,9 @@ class _Unpacked:
 
     folder: Path
     left: Left = field(default_factory=Left)
-    room: int = MAX_TOTAL_BYTES
+    # Of each participant: nobody's files take the room of another's.
+    sizes: Counter[str] = field(default_factory=Counter)
+    counts: Counter[str] = field(default_factory=Counter)
 
     def take(self, opened: zipfile.ZipFile, entry: zipfile.ZipInfo) -> None:
         """Write an entry, or note why not. Raises OSError."""
@@ -75,8 +78,7 @@ class _Unpacked:
         top = place.parts[0]
         wanted = is_wanted(place) and not entry.is_dir()
         if not problem and wanted:
-            size, problem = _write(opened, entry, self.folder / place, self.room)
-            self.room -= size
+            problem = self._write(opened, entry, place)
         if problem:
             self.left.refused.setdefault(top, []).append(Refusal(str(place), problem))
             return
@@ -84,6 +86,30 @@ class _Unpacked:
             self.left.unread.setdefault(top, []).append(str(place.relative_to(top)))
         if len(place.parts) > 1 or entry.is_dir():
             (self.folder / top).mkdir(parents=True, exist_ok=True)
+
+
+    def _write(
+        self, opened: zipfile.ZipFile, entry: zipfile.ZipInfo, place: PurePosixPath
+    ) -> str:
+        """Write an entry within its participant's budget; return why it is refused, or ""."""
+        who = participant(place)
+        if self.counts[who] >= MAX_FILES:
+            return "many"
+        if not is_archive(place) and entry.file_size > MAX_FILE_BYTES:
+            return "large"
+        size, problem = _write(
+            opened, entry, self.folder / place, MAX_ARCHIVE_BYTES - self.sizes[who]
+        )
+        self.sizes[who] += size
+        self.counts[who] += not problem
+        return problem
+
+
+def participant(place: PurePosixPath) -> str:
+    """Return whose an entry is: all of a participant's bear one name, in folders or without."""
+    top = place.parts[0]
+    found = FOLDER.fullmatch(top)
+    return f"{found['label']}_{found['number']}" if found else top
 
 
 def is_system(path: PurePosixPath | Path) -> bool:
@@ -138,10 +164,9 @@ def _place(entry: zipfile.ZipInfo) -> tuple[PurePosixPath, str]:
 
 
 def _write(
-    opened: zipfile.ZipFile, entry: zipfile.ZipInfo, path: Path, left: int
+    opened: zipfile.ZipFile, entry: zipfile.ZipInfo, path: Path, most: int
 ) -> tuple[int, str]:
     """Write an entry's content; return its size, or why it is refused. Raises OSError."""
-    most = min(MAX_ARCHIVE_BYTES, left)
     if entry.file_size > most:
         return 0, "huge"
     if path.exists():

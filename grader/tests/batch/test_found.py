@@ -149,6 +149,26 @@ def test_too_large_a_submission_is_refused_unread(
     assert problem.key == "submission.too_large"
 
 
+@pytest.mark.parametrize("layout", ["{}_assignsubmission_file_/", "{}_assignsubmission_file_"])
+def test_nobody_s_files_take_the_room_of_another_s(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, layout: str
+) -> None:
+    """Each participant has a budget of bytes and of files; whoever exceeds it is told of it."""
+    monkeypatch.setattr("grader.batch.moodle_archive.MAX_ARCHIVE_BYTES", 5000)
+    monkeypatch.setattr("grader.batch.moodle_archive.MAX_FILES", 20)
+    eve, mallory = layout.format("Eve_1"), layout.format("Mallory_2")
+    files = {f"{eve}a{k}.zip": bytes(900) for k in range(9)}
+    files |= {f"{mallory}big.c": "/" * 1_000_001}
+    files |= {f"{mallory}f{k}.c": "int x;" for k in range(25)}
+    files |= {f"{layout.format('Zoe_3')}main.c": "int x;"}
+    candidates = found(moodle(tmp_path / "tous.zip", files), tmp_path)
+    assert "refused.huge" in keys(candidates["Eve_1"])
+    assert {"refused.many", "refused.large"} <= {*keys(candidates["Mallory_2"])}
+    assert candidates["Zoe_3"].problem is None
+    written = [path.name for path in (tmp_path / "work").rglob("*.c") if "loose" not in str(path)]
+    assert len(written) == 20 + 1
+
+
 def test_an_archive_beside_files_is_not_guessed(tmp_path: Path) -> None:
     """A folder with an archive in it is that archive; with files as well, both are named."""
     (tmp_path / "in" / "ada").mkdir(parents=True)
