@@ -1,17 +1,21 @@
 """`python -m grader`."""
 
+import contextlib
 import gc
 import os
 import sys
+import tempfile
 
 # Its threads would only wait, and take time to start: no matrix here is large.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from grader.commands import main
-from grader.sandbox import orphans
+from grader.sandbox import orphans, scratch
 
 gc.set_threshold(20_000)  # little of what a grade makes is garbage
 orphans.guard()
+with contextlib.suppress(OSError):  # who needs a temporary file will say what is wrong
+    tempfile.tempdir = str(scratch.own_folder())
 try:
     sys.exit(main())
 finally:

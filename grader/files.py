@@ -31,6 +31,13 @@ def write_whole(path: Path, content: bytes | str) -> None:
         raise
 
 
+def closed_folder(path: Path) -> None:
+    """Make a folder, if need be, that no other user of the machine can enter. Raises OSError."""
+    path.mkdir(parents=True, exist_ok=True)
+    if path.stat().st_uid == os.geteuid():
+        path.chmod(0o700)
+
+
 def content_key(*parts: object) -> str:
     """Return a name for files that stands for the content of its arguments."""
     return hashlib.sha256(repr(parts).encode(errors="surrogateescape")).hexdigest()[:24]

@@ -19,7 +19,6 @@ manual_marks      manual.csv: rubric, comments, overrides
 preparation       all that is known, and wrong, before the first submission is graded
 grade_one         one submission, graded: a pure function, wherever it runs
 gallery           the pictures of a submission for the class page
-scratch           temporary files that end with their process
 pool_worker       a process that grades many, one after the other
 pool              local workers; a dead one is replaced
 cluster           the same on a Dask cluster

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 
-from grader.batch import gallery, scratch
+from grader.batch import gallery
 from grader.batch.records import GradedFiles, Settings, Task
 from grader.build import substitution
 from grader.checking import expected_data
@@ -31,6 +31,7 @@ from grader.files import write_whole
 from grader.intake import originals
 from grader.intake.records import Submission
 from grader.report import page, results
+from grader.sandbox import scratch
 from grader.sandbox.levels import Level, using
 
 LEAST_BYTES = 50_000_000  # free on the disk, before and after a submission

@@ -7,7 +7,6 @@ import math
 import os
 import shutil
 import socket
-import stat
 import subprocess
 import sys
 import time
@@ -18,10 +17,10 @@ from multiprocessing.connection import Connection, wait
 from pathlib import Path
 
 from grader.batch.records import GradedFiles, Task
-from grader.batch.scratch import own_folder
 from grader.course.exercises import ROOT
 from grader.course.texts import Texts
 from grader.sandbox.budget import SECONDS, WALL, Budget
+from grader.sandbox.scratch import own_folder
 
 # For one submission, on a quiet machine: the last of all deadlines, beyond its own budget and what
 # is the grader's, which comes before and after.
@@ -158,10 +157,10 @@ def _start(folder: Path) -> _Worker:
 def _temporary(place: Path) -> Path:
     """Make a worker's folder of temporary files; what a killed one leaves there goes with OUT.
 
-    Without a sandbox, whom root becomes must come there through all that is above it: so it lies
-    elsewhere when others cannot enter OUT.
+    Without a sandbox, whom root becomes must come there through all that is above it, and OUT's
+    own work is closed to others: so root's lies elsewhere.
     """
-    if os.geteuid() == 0 and not all(each.stat().st_mode & stat.S_IXOTH for each in place.parents):
+    if os.geteuid() == 0:
         return own_folder()
     folder = place.with_name(f"{place.name}-tmp")
     folder.mkdir()

@@ -34,7 +34,7 @@ from grader.build import toolchain
 from grader.checking import expected_data
 from grader.course import exercises as manifest
 from grader.course import settings as course
-from grader.files import content_key
+from grader.files import closed_folder, content_key
 from grader.intake import originals
 from grader.report.results import Row, write
 
@@ -84,6 +84,7 @@ class ResultsFolder:
             shutil.rmtree(self.work, ignore_errors=True)  # of a batch that was killed
             for name in (STUDENTS, STATE, WORK):
                 (self.out / name).mkdir(exist_ok=True)
+            closed_folder(self.work)  # submissions, and what is built of them and of the solution
         self._open = True
         return self
 

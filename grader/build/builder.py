@@ -15,6 +15,7 @@ A `Builder` does it in the background, target by target:
 
 from __future__ import annotations
 
+import contextlib
 import os
 import re
 import shutil
@@ -32,7 +33,7 @@ from grader.build.target import LANGUAGES, ObjectFile, Symbols, TargetBuild
 from grader.build.toolchain import Compiler
 from grader.course import exercises as manifest
 from grader.course import settings
-from grader.files import content_key
+from grader.files import closed_folder, content_key
 from grader.intake import originals
 from grader.intake.records import Submission
 from grader.sandbox.budget import Budget
@@ -87,6 +88,8 @@ class Builder:
         self._budget = budget or Budget()  # of the submission
         self._slow: dict[tuple[Path, str], ObjectFile] = {}
         self._submission, self._cache = submission, cache
+        with contextlib.suppress(OSError):  # who compiles will say what is wrong
+            closed_folder(cache)
         self._compilers = ThreadPoolExecutor(os.cpu_count() or 1)
         # What takes little time does not queue behind the files of the targets to come.
         self._quick = ThreadPoolExecutor(2 * MAX_TARGETS)

@@ -2,6 +2,7 @@
 
 bubblewrap  its command lines
 levels      strong, medium, portable: which one this machine can give
+scratch     temporary files that end with their process
 staging     the folder with everything that a worker may read
 tools       the compiler and the linker, shut in
 orphans     closes the grader's own process, and ends what is left behind

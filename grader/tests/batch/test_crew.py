@@ -13,11 +13,11 @@ from pathlib import Path
 
 import pytest
 
-from grader.batch import cluster, grade_one, pool, scratch
+from grader.batch import cluster, grade_one, pool
 from grader.batch.grade_one import BuildFolder
 from grader.batch.records import BatchError, Settings, Task
 from grader.course.exercises import ROOT
-from grader.sandbox import budget
+from grader.sandbox import budget, scratch
 from grader.tests.support.student import STUDENT_MAIN, main_c
 
 AROUND = {"missing": (), "refused": (), "sources": (), "changed": (), "converted": ()}
@@ -146,7 +146,7 @@ def test_a_full_disk_is_no_mistake_of_the_student(
 
 OWNER = """
 import sys, time
-from grader.batch import scratch
+from grader.sandbox import scratch
 print(scratch.own_folder(), flush=True)
 time.sleep(float(sys.argv[1]))
 """
@@ -179,6 +179,31 @@ def test_what_a_killed_process_left_is_removed_by_the_next(tmp_path: Path) -> No
             assert process.wait(60) == 0
         assert {each.name for each in tmp_path.iterdir()} == {*kept, living.name}
     assert own != left
+
+
+def test_what_a_killed_grade_left_is_removed_by_the_next(tmp_path: Path) -> None:
+    """Of `make grade` too, by whatever command comes next; one that ends leaves nothing."""
+    build, place = tmp_path / "build", tmp_path / "tmp"
+    place.mkdir()
+    environment = {**os.environ, "TMPDIR": str(place), "PYTHONPATH": str(ROOT)}
+
+    def command(path: Path) -> list[str]:
+        words = ["grade", str(path), "--tp", "1", "--build", str(build)]
+        return [sys.executable, "-m", "grader", *words]
+
+    pipe = subprocess.DEVNULL
+    for each in (signal.SIGKILL, signal.SIGTERM):
+        with subprocess.Popen(
+            command(ROOT / "core_c"), cwd=tmp_path, env=environment, stdout=pipe
+        ) as process:
+            while not list(place.glob(f"{scratch.PREFIX}*/mrt-*")):
+                assert process.poll() is None
+            process.send_signal(each)
+        assert list(place.iterdir())
+        done = subprocess.run(
+            command(tmp_path / "none"), env=environment, stderr=pipe, timeout=60, check=False
+        )
+        assert (done.returncode, list(place.iterdir())) == (2, [])
 
 
 # ---- Dask ---------------------------------------------------------------------------------------

@@ -15,7 +15,7 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-PREFIX = "mrt-batch-"
+PREFIX = "mrt-run-"
 _LOCK = ".lock"
 
 
