@@ -87,10 +87,7 @@ class _Unpacked:
         if len(place.parts) > 1 or entry.is_dir():
             (self.folder / top).mkdir(parents=True, exist_ok=True)
 
-
-    def _write(
-        self, opened: zipfile.ZipFile, entry: zipfile.ZipInfo, place: PurePosixPath
-    ) -> str:
+    def _write(self, opened: zipfile.ZipFile, entry: zipfile.ZipInfo, place: PurePosixPath) -> str:
         """Write an entry within its participant's budget; return why it is refused, or ""."""
         who = participant(place)
         if self.counts[who] >= MAX_FILES:

@@ -157,7 +157,7 @@ def test_nobody_s_files_take_the_room_of_another_s(
     monkeypatch.setattr("grader.batch.moodle_archive.MAX_ARCHIVE_BYTES", 5000)
     monkeypatch.setattr("grader.batch.moodle_archive.MAX_FILES", 20)
     eve, mallory = layout.format("Eve_1"), layout.format("Mallory_2")
-    files = {f"{eve}a{k}.zip": bytes(900) for k in range(9)}
+    files: dict[str, str | bytes] = {f"{eve}a{k}.zip": bytes(900) for k in range(9)}
     files |= {f"{mallory}big.c": "/" * 1_000_001}
     files |= {f"{mallory}f{k}.c": "int x;" for k in range(25)}
     files |= {f"{layout.format('Zoe_3')}main.c": "int x;"}
