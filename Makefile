@@ -53,8 +53,9 @@ submit: ## prépare l'archive à rendre : FORCE=1, OUT=dossier | makes the archi
 update: ## remplace le sujet par une version plus récente, pas vos fichiers : ARCHIVE=nom.zip | a newer workbook around your files: ARCHIVE=name.zip
 	@$(call PYTHON_OF,python) && "$$python" -m grader.setup.update $${FORCE:+--force} $${ARCHIVE:+"$$ARCHIVE"}
 
-release: ## l'archive à distribuer, sans la solution : OUT=nom.zip | the archive to hand out, without the solution: OUT=name.zip
-	@$(call PYTHON_OF,grade) && "$$python" -m grader release --out "$${OUT:-$$BUILD/miniraytracer.zip}"
+release: ## l'archive à distribuer, sans la solution : OUT=nom.zip, COMMENTS=en | the archive to hand out, without the solution: OUT=name.zip, COMMENTS=en
+	@$(call PYTHON_OF,grade) && "$$python" -m grader release --out "$${OUT:-$$BUILD/miniraytracer.zip}" \
+	    $${COMMENTS:+--comments "$$COMMENTS"}
 
 batch: ## évalue une classe : SUBMISSIONS=, OUT=, JOBS=2, NAMES=1, AGAIN=1 | grades a class: SUBMISSIONS=, OUT=, JOBS=2, NAMES=1, AGAIN=1
 	@$(call PYTHON_OF,grade) && "$$python" -m grader batch $${SUBMISSIONS:+"$$SUBMISSIONS"} $${OUT:+--out "$$OUT"} \

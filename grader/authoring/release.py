@@ -24,15 +24,16 @@ from typing import Any
 import grader
 from grader.authoring.expected.command import SEED
 from grader.authoring.skeleton import leaks, skeleton
+from grader.authoring.translation import SOURCE, translated
 from grader.console.run import complain
 from grader.course import exercises, settings
 from grader.course.exercises import ROOT
 from grader.course.message import GraderError, UserError
-from grader.course.texts import Texts, preferred
+from grader.course.texts import LANGUAGES, Texts, preferred
 from grader.files import write_whole
 from grader.intake import authors, originals
 from grader.setup import release_record
-from grader.setup.release_record import RECORD, TOP, Release, digest
+from grader.setup.release_record import ORIGINALS, RECORD, TOP, Release, digest
 
 # Beside the files that exercises.toml names.
 CORE_FILES = (authors.NAME, "texture.ppm", "Makefile")
@@ -66,10 +67,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m grader release", description=__doc__)
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.add_argument("--out", type=Path, default=ROOT / "build" / f"{TOP}.zip", metavar="ZIP")
+    parser.add_argument("--comments", choices=LANGUAGES, help="their language, if not the course's")
     options = parser.parse_args(arguments)
     try:
-        files = collect(ROOT)
-        verify(files, ROOT)
+        language = options.comments or settings.load().language
+        files = collect(ROOT, language)
+        verify(files, ROOT, language)
         verify_history(files, ROOT)
         content = packed(files)
         _write(options.out, content)
@@ -83,14 +86,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
 # ---- What goes in -------------------------------------------------------------------------------
 
 
-def collect(root: Path) -> dict[str, bytes]:
-    """Return the files of the archive by path, the record too. Raises ReleaseError."""
+def collect(root: Path, language: str = SOURCE) -> dict[str, bytes]:
+    """Return the files of the archive by path, the record too. Raises ReleaseError.
+
+    `language` is that of the comments: the files are handed out as they are in that of the sources.
+    """
     rules = exercises.load()
     core = [f"core_c/{name}" for name in (*originals.names(), *rules.ungraded, *CORE_FILES)]
     paths = [*core, *WHOLE_FILES, *_listed(root)]
     files = {path: _read(root, path) for path in paths}
     files["Makefile"] = student_makefile(_read(root, "Makefile").decode()).encode()
     files["README.md"] = student_readme(_read(root, "README.md").decode()).encode()
+    if language != SOURCE:
+        files = translated(files, language)
+        files[ORIGINALS] = originals.packed(_handed_out(files))
     own = [f"core_c/{name}" for name in (*rules.student, *rules.ungraded, authors.NAME)]
     own += [path for path in files if path.startswith("notebooks/") and path.endswith(".c")]
     sums = {path: digest(content) for path, content in files.items()}
@@ -189,9 +198,9 @@ def verify_history(files: Mapping[str, bytes], root: Path) -> None:
             raise ReleaseError("release.untracked", path=path)
 
 
-def verify(files: Mapping[str, bytes], root: Path) -> None:
+def verify(files: Mapping[str, bytes], root: Path, language: str = SOURCE) -> None:
     """Raise ReleaseError, or SkeletonError, unless the files may be handed out."""
-    _verify_core(files, root)
+    _verify_core(files, root, language)
     _verify_names(files)
     _verify_expected(files)
     _verify_notebooks(files)
@@ -200,16 +209,21 @@ def verify(files: Mapping[str, bytes], root: Path) -> None:
         raise ReleaseError("release.leak", place=leak.place, what=leak.what)
 
 
-def _verify_core(files: Mapping[str, bytes], root: Path) -> None:
+def _verify_core(files: Mapping[str, bytes], root: Path, language: str) -> None:
     """Raise ReleaseError unless students start from the skeleton, with nobody's names in it."""
-    for name, text in skeleton.make_all(root / "reference", exercises.load()).items():
-        if files[f"core_c/{name}"] != text.encode():
-            raise ReleaseError("release.not_skeleton", path=f"core_c/{name}")
-    handed_out = {name: files[f"core_c/{name}"] for name in originals.names()}
-    if files["grader/intake/originals.zip"] != originals.packed(handed_out):
-        raise ReleaseError("release.not_skeleton", path="grader/intake/originals.zip")
+    made = skeleton.make_all(root / "reference", exercises.load())
+    skeletons = {f"core_c/{name}": text.encode() for name, text in made.items()}
+    for path, content in translated(skeletons, language).items():
+        if files[path] != content:
+            raise ReleaseError("release.not_skeleton", path=path)
+    if files[ORIGINALS] != originals.packed(_handed_out(files)):
+        raise ReleaseError("release.not_skeleton", path=ORIGINALS)
     if authors.parse(files[f"core_c/{authors.NAME}"]).people:
         raise ReleaseError("release.named", path=f"core_c/{authors.NAME}")
+
+
+def _handed_out(files: Mapping[str, bytes]) -> dict[str, bytes]:
+    return {name: files[f"core_c/{name}"] for name in originals.names()}
 
 
 def _verify_names(files: Mapping[str, bytes]) -> None:

@@ -190,7 +190,7 @@ class Libraries:
 
     def prepare_counted(self, file: str) -> None:
         """Begin the build that counts, unless the file that it is for is as it was handed out."""
-        if self.submission.files.get(file) != originals.read(self.submission.in_place)[file]:
+        if file not in originals.untouched(self.submission.files, self.submission.in_place):
             self._counted()
 
     def __enter__(self) -> Libraries:

@@ -9,6 +9,7 @@ data only), `core_c/` is the source of that archive, and is what others are judg
 from __future__ import annotations
 
 import io
+import re
 import zipfile
 from collections.abc import Mapping
 from functools import cache
@@ -20,6 +21,10 @@ from grader.course.message import UserError
 PACK = exercises.PACKAGE / "intake" / "originals.zip"
 REFERENCE = exercises.ROOT / "reference"
 _UTF8_BOM = b"\xef\xbb\xbf"
+# A comment, or what holds none: what begins always ends, at the end of the line or of the file.
+_COMMENT = re.compile(
+    rb"""(?P<code>"(?:\\.|[^"\\\n])*"?|'(?:\\.|[^'\\\n])*'?)|//[^\n]*|/\*.*?(?:\*/|\Z)""", re.DOTALL
+)
 
 
 class OriginalsError(UserError):
@@ -41,7 +46,10 @@ def read(in_place: bool) -> Mapping[str, bytes]:
 
 
 def is_same(content: bytes, original: bytes) -> bool:
-    """Whether a file is the original, however an editor ends its lines."""
+    """Whether a file is the original, however an editor ends its lines.
+
+    Comments do not count: students may have them in another language.
+    """
     return _plain(content) == _plain(original)
 
 
@@ -72,7 +80,8 @@ def from_core() -> dict[str, bytes]:
 
 
 def _plain(content: bytes) -> bytes:
-    return content.removeprefix(_UTF8_BOM).replace(b"\r\n", b"\n").strip()
+    text = content.removeprefix(_UTF8_BOM).replace(b"\r\n", b"\n")
+    return _COMMENT.sub(lambda found: found["code"] or b"", text).strip()
 
 
 def packed(files: Mapping[str, bytes]) -> bytes:

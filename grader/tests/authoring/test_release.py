@@ -17,7 +17,7 @@ from pathlib import Path
 
 import pytest
 
-from grader.authoring import release
+from grader.authoring import release, translation
 from grader.authoring.release import ReleaseError
 from grader.authoring.skeleton import leaks, skeleton
 from grader.course import exercises
@@ -276,6 +276,10 @@ def place() -> Iterator[Path]:
         (copy / path).write_text("litter", encoding="utf-8")
     done = run("make", "release", f"OUT={top}/sujet.zip", cwd=copy, MRT_ENV=sys.prefix)
     assert (done.returncode, done.stderr) == (0, "")
+    english = run(
+        "make", "release", "COMMENTS=en", f"OUT={top}/en.zip", cwd=copy, MRT_ENV=sys.prefix
+    )
+    assert (english.returncode, english.stderr) == (0, "")
     shutil.rmtree(copy)
     place = top / "l'été au labo"
     with zipfile.ZipFile(top / "sujet.zip") as archive:
@@ -302,6 +306,25 @@ def score(place: Path) -> tuple[float, float, set[str]]:
     """Return points, bonus and outcomes of the last full run."""
     content = json.loads((place / "build" / "grade" / "results.json").read_text(encoding="utf-8"))
     return content["score"], content["bonus"], {each["outcome"] for each in content["checks"]}
+
+
+def test_comments_are_in_the_courses_language(place: Path) -> None:
+    """French without a word of it, ours when asked for; the rest of both archives is the same."""
+    contents = []
+    for name in ("sujet.zip", "en.zip"):
+        with zipfile.ZipFile(place.parents[1] / name) as archive:
+            contents.append({each: archive.read(each) for each in archive.namelist()})
+    french, english = contents
+    for name in originals.names():
+        path = f"miniraytracer/core_c/{name}"
+        assert english[path] == (ROOT / "core_c" / name).read_bytes()
+        assert french[path] != english[path]
+    assert "Vérification : make grade" in french["miniraytracer/core_c/exercises.h"].decode()
+    own = (release_record.ORIGINALS, release_record.RECORD)
+    changed = {path for path in english if french[path] != english[path]}
+    read = {f"miniraytracer/{path}" for path in own}
+    read |= {path for path in english if translation.is_read(path.removeprefix("miniraytracer/"))}
+    assert changed == read
 
 
 def test_the_students_first_day(place: Path) -> None:
