@@ -16,7 +16,7 @@ from grader.build.toolchain import Compiler
 from grader.course import exercises
 from grader.files import content_key, write_whole
 
-SOURCES = ("headers.py", "shim/watch.c")  # of what is derived, beside the headers
+SOURCES = ("headers.py", "shim/watch.c", "shim/paint.c")  # of what is derived, beside the headers
 
 
 def declared(

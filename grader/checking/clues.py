@@ -34,6 +34,9 @@ _FACTORS = {
     "180 / pi": 180 / pi,
     **{str(each): float(each) for each in (2, 3, 4, 8, 9, 10, 16, 100, 255, 256)},
 }
+# What the stack is filled with (build/shim/paint.c): no computation gives it.
+_PAINT = b"\xfe" * 4
+_FLOAT, _INT = float(np.frombuffer(_PAINT, "f4")[0]), int(np.frombuffer(_PAINT, "i4")[0])
 # What is written for pi: by how much it is wrong.
 _PIS = (3.14, 3.1, 3.0, 22 / 7)
 
@@ -54,7 +57,7 @@ def of(got: Array, right: Array, wrong: Array, tolerance: float = 0.0) -> Messag
     came, expected = (np.asarray(each).reshape(len(wrong), -1) for each in (got, right))
     if came.shape != expected.shape or came.dtype.kind not in "fiub":
         return None
-    if clue := _constant(came, expected):
+    if clue := _unset(came[wrong]) or _constant(came, expected):
         return clue
     if came.dtype.kind == "b":
         return None
@@ -95,6 +98,13 @@ def question(message: Message | None, check: str, texts: Texts, level: int = 1) 
         if found := next(filter(texts.get, keys), ""):
             return texts.say(found, **values)
     return ""
+
+
+def _unset(came: Array) -> Message | None:
+    """Find answers made of what the stack is filled with, or of little more than that."""
+    paint = _FLOAT if came.dtype.kind == "f" else _INT
+    is_paint = np.abs(came - paint) <= RATIO * abs(paint)
+    return Message("clue.unset") if len(came) and is_paint.any(axis=1).all() else None
 
 
 def _constant(came: Array, expected: Array) -> Message | None:

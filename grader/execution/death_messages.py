@@ -16,7 +16,7 @@ _UNDEFINED = re.compile(r"undefined symbol: (\w+)")
 _RUNTIME = "runtime error: "
 # What UndefinedBehaviorSanitizer says most often, and our sentence for it; the first that fits.
 # Memory that nothing has been written in holds one byte again and again: 0xbe where malloc has
-# given it, 0xfe in a local variable (the fill of the compiler; clang's is 0xaa).
+# given it, 0xfe in a local variable (build/shim/paint.c, and gcc's own fill; clang's is 0xaa).
 _PLAIN = {
     "death.unwritten": re.compile(r"0xbebebe|value 190, .*bool|index -1094795586 "),
     "death.unset": re.compile(

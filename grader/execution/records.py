@@ -17,6 +17,7 @@ class Cause(str, Enum):
     LOAD = "load"  # the library cannot be loaded: a global is missing
     MEMORY = "memory"  # none was left to go on with
     STRAY_WRITE = "stray_write"  # a write just before a table, seen after the call
+    UNSET_RESULT = "unset_result"  # a bool that is neither true nor false, seen after the call
     KILLED = "killed"  # by SIGKILL, which nothing of ours sent: by itself, or from outside
 
 

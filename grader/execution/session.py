@@ -225,6 +225,7 @@ class Session:
         size += result.itemsize * count if result is not None and plain else 0
         head = {
             "do": "call",
+            "name": name,
             "function": function.symbol,
             "count": count,
             "parameters": [(each.kind, each.size) for each in arguments],

@@ -29,6 +29,13 @@ from grader.worker import frames
 
 ANSWER_SECONDS = 20  # for the worker itself, which runs no code but ours
 _CREDENTIALS = struct.Struct("3i")  # process, user, group
+# What an answer of the session tells that is none.
+_CAUSES = {
+    "stray": Cause.STRAY_WRITE,
+    "unset": Cause.UNSET_RESULT,
+    "unloadable": Cause.LOAD,
+    "memory": Cause.MEMORY,
+}
 GRACE_SECONDS = 1  # between the end of a session's socket and the end of its process
 
 # Ends the session's process after so many seconds, having it note where it is first if so asked;
@@ -165,7 +172,7 @@ class SessionSocket:
             self._sock.sendall(b"".join((*self._requests, frames.frame(head, payload))))
         except OSError:
             pass  # it has died: hearing says how
-        names = {head.get("function") or head.get("name") or "", *self._variables}
+        names = {head.get("name") or "", *self._variables}
         self._requests.clear()
         self._variables.clear()
         return self._hear(size, names, place)
@@ -189,8 +196,7 @@ class SessionSocket:
         name = text.removeprefix("missing: ")
         if kind == "refused" and name != text and name in names:
             raise Missing(name)
-        causes = {"stray": Cause.STRAY_WRITE, "unloadable": Cause.LOAD, "memory": Cause.MEMORY}
-        death = self._bury(0, causes.get(str(kind), Cause.EXIT))
+        death = self._bury(0, _CAUSES.get(str(kind), Cause.EXIT))
         raise Died(replace(death, text=text or death.text))
 
     def _answer(self, limit: int) -> tuple[dict[str, Any], bytes]:

@@ -111,6 +111,10 @@ choose_try_flags() {
     choose_flags
     libraries=-lm
     flags="$flags $1 -fno-omit-frame-pointer"
+    # What has no first value is then -1.7e38, and not a zero that hides it.
+    if works -ftrivial-auto-var-init=pattern; then
+        flags="$flags -ftrivial-auto-var-init=pattern"
+    fi
     sanitizers="-fsanitize=address,undefined"
     if works $sanitizers; then
         flags="$flags $sanitizers"
@@ -144,7 +148,7 @@ compile() {
     output=$1
     shift
     # shellcheck disable=SC2086
-    $CC $flags -I"$SRC" -Icore_c "$@" -o "$output" $libraries || fail \
+    $CC $flags -I"$SRC" -Icore_c "$@" -o "$output" || fail \
         "La compilation a échoué : le premier message ci-dessus nomme le fichier et la ligne." \
         "The build failed: the first message above names the file and the line."
 }
@@ -169,7 +173,8 @@ build_mrt() {
     fi
     mkdir -p "$BUILD/$name"
     rm -f "$program" # an old program must not pass for the new one
-    compile "$program" "$SRC/main.c" "$@"
+    # shellcheck disable=SC2086
+    compile "$program" "$SRC/main.c" "$@" $libraries
     echo "$command" >"$stamp"
     if [ "$program" != core_c/mrt ] && [ -e core_c/texture.ppm ]; then
         cp core_c/texture.ppm "$BUILD/$name/"
@@ -224,7 +229,8 @@ build_tests() {
         set -- "$@" "$object"
     done
     program=$BUILD/try/$(basename "$tests" .c)
-    compile "$program" "$main" "$@"
+    # shellcheck disable=SC2086
+    compile "$program" "$main" "$@" $libraries
 }
 
 run_tests() {

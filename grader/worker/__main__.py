@@ -17,7 +17,7 @@ from typing import Any
 
 from grader.worker.frames import DESCRIPTORS, EXITED, HEAD, Reader, frame
 from grader.worker.lockdown import Filter, Lock
-from grader.worker.session import StrayWrite, WorkerSession
+from grader.worker.session import StrayWrite, UnsetResult, WorkerSession
 from grader.worker.shared import Shared
 from grader.worker.syscalls import ARCHITECTURES
 
@@ -53,6 +53,8 @@ def _serve(sock: socket.socket, session: WorkerSession, shared: Shared, each_cal
             kind, data = "done", acts[head["do"]](head, shared.request(head, payload))
         except StrayWrite:
             kind, data = "stray", b""
+        except UnsetResult:
+            kind, data = "unset", b""
         except MemoryError:
             kind, data = "memory", b""
         except Exception as error:  # whatever it is, the parent must hear of it and go on

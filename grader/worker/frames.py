@@ -18,15 +18,16 @@ bytes. Requests of the parent to the worker, in order; only the last has a reply
 The worker's first frame, "ready", answers no request; a session's first, "locked", says that the
 submission's code comes now, and the second, "done", that its library is loaded.
 Requests of the parent to a session:
-    call     {function, count, parameters} + arguments   -> results, tables afterwards
+    call     {name, function, count, parameters} + arguments   -> results, tables afterwards;
+                                            function: its wrapper in the library
     get      {name, size}                   -> bytes of a global variable
     set      {name} + bytes                 writes a global variable; without a reply when it can
     buffer   {} + bytes                     -> address of memory that stays as long as the session
     peek     {address, size}                -> bytes of the session's memory
     close    {}                             ends the session, without a reply
 A reply is {"is": KIND} and bytes: done; refused (the request makes no sense, or asks for what the
-library lacks: "missing: NAME"); stray (the code wrote just before a table); memory (none is left);
-unloadable.
+library lacks: "missing: NAME"); stray (the code wrote just before a table); unset (it returned a
+bool that is neither true nor false); memory (none is left); unloadable.
 
 The page is memory shared with the session's process, which a crash leaves as it is: MRT_TODO's
 markers, the number of the call that runs, and where the code was when a signal came (watch.c).

@@ -29,6 +29,10 @@ class StrayWrite(Exception):
     """The code wrote before the beginning of a table."""
 
 
+class UnsetResult(Exception):
+    """The code returned a bool to which nothing had given a value."""
+
+
 class Table:
     """Memory handed to the code: ends at a page that cannot be written, and starts after another.
 
@@ -96,10 +100,7 @@ class WorkerSession:
         after another: "value": `count` values; "table": `count` pieces of equal size, each laid in
         memory of its own whose address is passed; "address": `count` addresses, NULL being 0.
         """
-        try:
-            function = getattr(self._lib, head["function"])
-        except self._ffi.error as error:
-            raise Refused(f"missing: {head['function']}") from error
+        function = self._function(head)
         ctype, count = self._ffi.typeof(function), head["count"]
         columns = self._columns(head["parameters"], ctype.args, payload, count)
         void = ctype.result.kind == "void"
@@ -111,7 +112,10 @@ class WorkerSession:
         for k in range(count):
             COUNTER.pack_into(self._shared.page, TODO_BYTES, k)
             arguments = [column(k) for column in columns]
-            value = function(*[getattr(each, "passed", each) for each in arguments])
+            try:
+                value = function(*[getattr(each, "passed", each) for each in arguments])
+            except ValueError as error:  # a _Bool that is neither 0 nor 1
+                raise UnsetResult from error
             if not void:
                 results[k] = value
             for each, table in zip(arguments, tables, strict=True):
@@ -120,6 +124,15 @@ class WorkerSession:
                     each.free()
         self._ffi.memmove(out, results, start)
         return out
+
+    def _function(self, head: dict[str, Any]) -> Any:
+        """Return the function to call, in its wrapper."""
+        try:
+            with contextlib.suppress(AttributeError):  # it is not known but by its wrapper
+                getattr(self._lib, head["name"])
+            return getattr(self._lib, head["function"])
+        except self._ffi.error as error:
+            raise Refused(f"missing: {head['name']}") from error
 
     def _columns(
         self, parameters: list[tuple[str, int]], types: Any, payload: bytes | memoryview, count: int

@@ -49,8 +49,8 @@ def test_system_headers_and_bodies_do_not_leak(core_binding: Binding) -> None:
     assert "vector_print" in core_binding.functions
 
 
-def test_inline_functions_and_unions_get_wrappers(tmp_path: Path) -> None:
-    """A wrapper is made where a library exports nothing, or cffi cannot pass a value."""
+def test_each_function_gets_a_wrapper(tmp_path: Path) -> None:
+    """It fills the stack first, and takes addresses where cffi cannot pass a value."""
     binding, shim = derive_from(
         tmp_path,
         """typedef struct { int a; union { struct { int b; }; struct { float c; }; }; } both;
@@ -65,11 +65,11 @@ def test_inline_functions_and_unions_get_wrappers(tmp_path: Path) -> None:
         "twice": "mrt_call_twice",
         "make": "mrt_call_make",
         "take": "mrt_call_take",
-        "plain": "plain",
+        "plain": "mrt_call_plain",
     }
-    assert "int mrt_call_twice(int n) { return twice(n); }" in shim
-    assert "{ *mrt_result = make(n); }" in shim
-    assert "{ return take(*value, n); }" in shim
+    assert "int mrt_call_twice(int n) { mrt_paint(); return twice(n); }" in shim
+    assert "{ mrt_paint(); *mrt_result = make(n); }" in shim
+    assert "{ mrt_paint(); return take(*value, n); }" in shim
     assert binding.structs == {"both": ("a", "b", "c")}
 
 

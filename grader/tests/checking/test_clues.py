@@ -44,6 +44,15 @@ def test_a_constant_factor_is_told_by_its_name(factor: float, text: str) -> None
         assert clue(right * np.float32(factor), right) == Message("clue.factor", {"factor": text})
 
 
+def test_a_variable_without_a_first_value_is_told() -> None:
+    """Its answers are what the stack was filled with, and what has been added to that."""
+    paint = np.frombuffer(b"\xfe" * 4 * RIGHT.size, "f4").reshape(RIGHT.shape)
+    assert clue(paint + RIGHT) == clue(paint) == Message("clue.unset")
+    assert clue(np.where(np.arange(40)[:, None] > 20, paint, RIGHT)) == Message("clue.unset")
+    whole = np.arange(40, dtype=np.int32)
+    assert clue(np.full(40, -16843010, np.int32), whole) == Message("clue.unset")
+
+
 @pytest.mark.parametrize("pi", [3.14, 3.1, 3.0])
 def test_a_pi_with_few_decimals_is_told(pi: float) -> None:
     """Be it above the bar or below; of 3.1416 nothing is wrong."""

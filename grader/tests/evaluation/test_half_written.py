@@ -34,6 +34,12 @@ SLIPS: Mapping[str, tuple[str, str, str]] = {
     "rows for columns": ("TP2.2", PIXEL, "output_image[i * WIDTH + j] = trace_ray(&r);"),
     "upside down": ("TP2.2", PIXEL, PIXEL.replace("[j *", "[(HEIGHT - 1 - j) *")),
     "half a pixel": ("TP2.2", RAY, "(float)i, (float)j"),
+    "no first value": ("TP2.5", "bool hit = false;\n    for", "bool hit;\n    for"),
+    "no first colour": (
+        "TP3.2",
+        "color sum = vector_init(0.f, 0.f, 0.f);\n    /* END",
+        "color sum;\n    /* END",
+    ),
     "endless": ("TP2.2", "j < HEIGHT; j++", "j < HEIGHT; j = j + 0"),
     "without a value": ("TP2.2", PIXEL, "color c;\noutput_image[j * WIDTH + i] = c;"),
     "crash": ("TP2.2", PIXEL, "*(volatile int *)8 = i;"),

@@ -464,6 +464,19 @@ def test_try_sees_a_memory_error(project: Path) -> None:
     assert "my_tests.c:4" in done.stderr
 
 
+def test_try_hides_no_missing_first_value(project: Path) -> None:
+    """A local variable that nothing was given to is no zero, with the sanitizers or without."""
+    if not doctor.builds(["-ftrivial-auto-var-init=pattern"]):
+        assert not os.environ.get("MRT_CI"), "CI must have gcc 12"
+        pytest.skip("the compiler fills no variable")
+    tests = project / "core_c" / "my_tests.c"
+    text = (
+        '#include <stdio.h>\nint main(void) { float sum; printf("%g", (double)sum); return 0; }\n'
+    )
+    tests.write_text(text, encoding="utf-8")
+    assert run("make", "try", cwd=project).stdout.startswith("-1.69474e+38")
+
+
 @pytest.mark.parametrize(
     ("platform", "openmp"),
     [
@@ -491,7 +504,8 @@ def test_flags_by_platform(project: Path, tmp_path: Path, platform: str, openmp:
     common = f"{accepting.name} -std=gnu11 -g -Wall -Wextra -Wfatal-errors"
     assert done.stdout.splitlines() == [
         f"mrt: {common} {openmp} -O3 -lm",
-        f"try: {common} -O1 -fno-omit-frame-pointer -fsanitize=address,undefined -lm",
+        f"try: {common} -O1 -fno-omit-frame-pointer -ftrivial-auto-var-init=pattern"
+        " -fsanitize=address,undefined -lm",
     ]
 
 
