@@ -5,8 +5,8 @@ own headers are kept; bodies of functions are dropped; pycparser reads the rest.
 hand.
 
 The shim is compiled into the library. It holds
-- `mrt_call_NAME` for each function: it fills the stack (paint.c), and calls it. So a `static inline`
-  one, which a library does not export by itself, can be called too. A struct with an anonymous
+- `mrt_call_NAME` for each function: it fills the stack (paint.c), and calls it. So one that is
+  `static inline`, which a library does not export, can be called too. A struct with an anonymous
   union cannot pass by value through cffi in ABI mode: the wrapper takes its address instead, and
   for a result the address of where to put it, as its first parameter;
 - `mrt_layout`, sizeof and offsetof of every struct, compared with cffi's when the library is

@@ -51,10 +51,8 @@ def _serve(sock: socket.socket, session: WorkerSession, shared: Shared, each_cal
         data: bytes | memoryview
         try:
             kind, data = "done", acts[head["do"]](head, shared.request(head, payload))
-        except StrayWrite:
-            kind, data = "stray", b""
-        except UnsetResult:
-            kind, data = "unset", b""
+        except (StrayWrite, UnsetResult) as fault:
+            kind, data = fault.kind, b""
         except MemoryError:
             kind, data = "memory", b""
         except Exception as error:  # whatever it is, the parent must hear of it and go on

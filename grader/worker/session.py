@@ -28,9 +28,13 @@ class Refused(Exception):
 class StrayWrite(Exception):
     """The code wrote before the beginning of a table."""
 
+    kind = "stray"
+
 
 class UnsetResult(Exception):
     """The code returned a bool to which nothing had given a value."""
+
+    kind = "unset"
 
 
 class Table:
