@@ -130,10 +130,20 @@ static inline void mrt_print_todo(void) {
  * as black. */
 #define MRT_UNWRITTEN 1e-37f
 
-/* Shows on stderr, twice a second, how many rows are drawn. Called by a timer: nothing but write() is safe here. */
+/* Whether the scene is made, and its picture begun. */
+static volatile sig_atomic_t mrt_is_drawing;
+
+/* Shows on stderr, twice a second, how many rows are drawn, or that the octree is being built. Called by a timer:
+ * nothing but write() is safe here. */
 static inline void mrt_show_progress(int signal_number) {
     (void)signal_number;
     int saved = errno;
+    if (!mrt_is_drawing) {
+        if (write(STDERR_FILENO, "\roctree...", 10) < 0) {
+            errno = saved; /* nothing to do about it */
+        }
+        return;
+    }
     int rows = 0;
     for (int j = 0; j < HEIGHT; j++) {
         rows += output_image[j * WIDTH + WIDTH / 2].x != MRT_UNWRITTEN;
@@ -169,6 +179,19 @@ static inline void mrt_set_timer(int milliseconds) {
 #endif
 }
 
+/* Sets a scene up; at a terminal, one sees that its octree takes time. False for a scene that there is not. */
+static inline bool mrt_setup_scene(int number) {
+    if (!isatty(STDERR_FILENO)) {
+        return setup_scene(number);
+    }
+    mrt_is_drawing = 0;
+    mrt_set_timer(500);
+    bool known = setup_scene(number);
+    mrt_set_timer(0);
+    fputs("\r         \r", stderr);
+    return known;
+}
+
 /* Calls raytrace; at a terminal, one sees how far it is. */
 static inline void mrt_raytrace(void) {
     if (!isatty(STDERR_FILENO)) {
@@ -178,6 +201,7 @@ static inline void mrt_raytrace(void) {
     for (int j = 0; j < HEIGHT; j++) {
         output_image[j * WIDTH + WIDTH / 2] = vector_init(MRT_UNWRITTEN, 0.f, 0.f);
     }
+    mrt_is_drawing = 1;
     mrt_set_timer(500);
     raytrace();
     mrt_set_timer(0);
@@ -496,7 +520,7 @@ static inline int mrt_draw_scene(int number, const char *program) {
     default:
         break;
     }
-    if (!setup_scene(number - FIRST_RAYTRACED_SCENE)) {
+    if (!mrt_setup_scene(number - FIRST_RAYTRACED_SCENE)) {
         return mrt_error(mrt_text("scène inconnue (voir ./mrt --help)", "unknown scene (see ./mrt --help)"), NULL, "");
     }
     if (scene_is_full()) {

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import functools
 import os
+import pty
 import re
 import resource
+import select
 import shutil
 import subprocess
 from collections.abc import Sequence
@@ -15,7 +17,7 @@ import pytest
 from PIL import Image
 
 from grader.course.exercises import CORE
-from grader.tests.build.test_compile import need
+from grader.tests.build.test_compile import PROGRAM, copy_sources, need
 from grader.tests.setup.program.program import (
     HEIGHT,
     REFERENCE,
@@ -23,6 +25,7 @@ from grader.tests.setup.program.program import (
     WIDTH,
     Done,
     assert_refused,
+    build,
     build_mrt,
     listing,
     make_mrt,
@@ -344,3 +347,27 @@ def test_a_full_disk_is_an_error(
     assert done.stdout == left
     done.stdout = ""
     assert_refused(done, f"mrt: {WRITE[0]}", f"({cause}): x\n")
+
+
+def test_a_tree_that_takes_time_is_seen(tmp_path: Path) -> None:
+    """At a terminal, before the picture has begun: who subdivides without end knows where."""
+    folder = tmp_path / "endless"
+    folder.mkdir()
+    copy_sources(folder, CORE, REFERENCE)
+    tree = folder / "octree.c"
+    head = "octree_node *octree_build(const object *objects, int count) {"
+    text = tree.read_text(encoding="utf-8")
+    assert text.count(head) == 1
+    tree.write_text(text.replace(head, f"{head}\n    pause();"), encoding="utf-8")
+    build(folder / "mrt", ["-include", "unistd.h", *size_flags(WIDTH, HEIGHT)], PROGRAM, folder)
+    reading, writing = pty.openpty()
+    said = b""
+    with subprocess.Popen(["./mrt", "8"], cwd=folder, stderr=writing, text=False) as running:
+        try:
+            while b"octree..." not in said and select.select([reading], [], [], 30)[0]:
+                said += os.read(reading, 999)
+        finally:
+            running.kill()
+    os.close(writing)
+    os.close(reading)
+    assert said.endswith(b"\roctree...")
