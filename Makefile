@@ -19,6 +19,10 @@ ifneq ($(origin CC),default)
 export CC
 endif
 
+# What a person has for other work in Python changes nothing here; but which one to use, and how it writes.
+unexport $(filter-out PYTHON PYTHON_OF PYTHONDONTWRITEBYTECODE PYTHONPYCACHEPREFIX PYTHONUNBUFFERED,\
+    $(filter PYTHON%,$(.VARIABLES)))
+
 # Sets $python in a recipe: $(call PYTHON_OF,LEVEL), a level of grader/setup/requirements/.
 PYTHON_OF = python=$$(sh grader/setup/environment.sh $(1))
 

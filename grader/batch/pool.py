@@ -21,6 +21,7 @@ from grader.course.exercises import ROOT
 from grader.course.texts import Texts
 from grader.sandbox.budget import SECONDS, WALL, Budget
 from grader.sandbox.scratch import own_folder
+from grader.sandbox.surroundings import cleaned
 
 # For one submission, on a quiet machine: the last of all deadlines, beyond its own budget and what
 # is the grader's, which comes before and after.
@@ -139,7 +140,7 @@ def _start(folder: Path) -> _Worker:
             [sys.executable, "-m", "grader.batch.pool_worker", str(theirs.fileno()), str(place)],
             cwd=ROOT,
             env={
-                **os.environ,
+                **cleaned(os.environ),
                 # Compilers are waited for in threads; each would keep memory of its own.
                 "MALLOC_ARENA_MAX": "1",
                 "OPENBLAS_NUM_THREADS": "1",

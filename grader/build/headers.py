@@ -25,6 +25,7 @@ from pathlib import Path
 from pycparser import c_ast, c_generator, c_parser  # type: ignore[import-untyped]
 
 from grader.build.records import BindError, Binding, Function, Parameter
+from grader.sandbox import surroundings
 
 SHIM = Path(__file__).with_name("shim")
 PARTS = ("watch.c", "paint.c")
@@ -66,6 +67,7 @@ def _preprocess(folder: Path, defines: Sequence[str], compiler: Sequence[str]) -
             cwd=folder,
             capture_output=True,
             text=True,
+            env=surroundings.of_a_question(),
             timeout=PREPROCESS_SECONDS,
             check=False,
         )

@@ -14,6 +14,7 @@ from pathlib import Path
 
 from grader.build.records import Target
 from grader.course.message import UserError
+from grader.sandbox import surroundings
 
 COMPILE_SECONDS = 30
 QUESTION_SECONDS = 20  # for a question such as --version
@@ -58,6 +59,7 @@ def ask(command: Sequence[str], question: str) -> str:
             [*command, question],
             capture_output=True,
             text=True,
+            env=surroundings.of_a_question(),
             errors="replace",
             timeout=QUESTION_SECONDS,
             check=False,

@@ -66,9 +66,9 @@ def pytest_configure(config: pytest.Config) -> None:
 def run(plugin: GraderPlugin) -> list[Finding]:
     """Run the checks that a plugin chooses, under pytest. Raises PytestError."""
     # Neither a plugin that happens to be installed nor the project's own settings have a say here.
+    for name in [each for each in os.environ if each.startswith("PYTEST_")]:
+        del os.environ[name]
     os.environ["PYTEST_DISABLE_PLUGIN_AUTOLOAD"] = "1"
-    for name in ("PYTEST_ADDOPTS", "PYTEST_PLUGINS"):
-        os.environ.pop(name, None)
     arguments = ["-c", os.devnull, "--rootdir", str(CHECKS), "--strict-markers", "-W", "ignore"]
     arguments += ["--import-mode=importlib", *(f"-pno:{name}" for name in _UNUSED)]
     with contextlib.redirect_stderr(io.StringIO()) as said, contextlib.closing(plugin.ahead):

@@ -42,6 +42,7 @@ from grader.sandbox.budget import SECONDS, Budget
 from grader.sandbox.ffi_source import library_source
 from grader.sandbox.levels import Isolation, Level, current
 from grader.sandbox.staging import private_folder, stage
+from grader.sandbox.surroundings import LOCALE
 from grader.sandbox.tools import finish
 from grader.worker import frames
 
@@ -129,7 +130,7 @@ def _command(
 
 def _environment(isolation: Isolation, preload: str) -> dict[str, str]:
     strong = isolation.level is Level.STRONG
-    environment = {"PATH": "/usr/bin:/bin", "LC_ALL": "C.UTF-8"}
+    environment = {"PATH": "/usr/bin:/bin", **LOCALE}
     environment["PYTHONPATH"] = INSIDE_STAGE if strong else str(stage())
     if preload:
         name = "DYLD_INSERT_LIBRARIES" if sys.platform == "darwin" else "LD_PRELOAD"

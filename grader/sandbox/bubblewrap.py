@@ -14,6 +14,7 @@ from functools import cache
 from pathlib import Path
 
 from grader.course.exercises import ROOT
+from grader.sandbox import surroundings
 
 NOBODY = 65534
 HELP_SECONDS = 20
@@ -97,6 +98,7 @@ def _help() -> str:
         stdin=subprocess.DEVNULL,
         capture_output=True,
         text=True,
+        env=surroundings.of_a_question(),
         timeout=HELP_SECONDS,
         check=False,
     )

@@ -20,7 +20,7 @@ from functools import cache
 
 from grader.course.message import UserError
 from grader.course.texts import Texts
-from grader.sandbox import bubblewrap
+from grader.sandbox import bubblewrap, surroundings
 from grader.worker.syscalls import ARCHITECTURES
 
 TRIAL_SECONDS = 20
@@ -101,6 +101,7 @@ def best() -> Isolation:
             stdin=subprocess.DEVNULL,
             capture_output=True,
             text=True,
+            env=surroundings.of_a_question(),
             errors="replace",
             timeout=TRIAL_SECONDS,
             check=False,

@@ -25,13 +25,14 @@ from typing import IO
 from grader.sandbox import bubblewrap
 from grader.sandbox.levels import Level, current
 from grader.sandbox.staging import stage
+from grader.sandbox.surroundings import LOCALE
 
 CPU_SECONDS = 10
 MEMORY_BYTES = 1536 << 20
 FILE_BYTES = 32 << 20
 OUT_OF_TIME = -1000  # as a status: no signal's number
 MAX_OUTPUT_BYTES = 200_000  # of messages that are kept
-ENVIRONMENT = {"PATH": "/usr/bin:/bin", "LC_ALL": "C.UTF-8"}
+ENVIRONMENT = {"PATH": "/usr/bin:/bin", **LOCALE}
 # What tells how a tool ended: a shell around it, behind the sandbox and the limits, which writes to
 # a file of ours. Its words come from nothing that the tool reads or prints.
 _REPORTING = 'echo began >&0; "$@" {redirected}; s=$?; {{ echo ended $s; times; }} >&0; exit $s'
