@@ -1,7 +1,15 @@
 /* exercises.h - The map: every function that you write, with its contract.
  *
- * First the images of TP1 (in main.c), then the ray tracer in the order of a ray's path (in raytracer.c;
- * the octree in octree.c):
+ * First the images of TP1 (in main.c):
+ *
+ *   fill_red                   TP1.1    every pixel red
+ *   fill                       TP1.2    every pixel of one colour
+ *   horizontal_gradient        TP1.3    from one colour to another
+ *   fill_rect                  TP1.4    a rectangle
+ *   fill_circle                TP1.5    a disc
+ *   draw                       TP1.6    a drawing of your own
+ *
+ * Then the ray tracer, in the order of a ray's path (in raytracer.c; the octree in octree.c):
  *
  *   raytrace                   TP2.2    for each pixel ...
  *     pixel_color              TP5.3      (several samples for one pixel)

@@ -1,4 +1,4 @@
-/* scene.c - Given: constructors, scenes, and the glue between your functions.
+/* scene.c - Given: constructors, the glue between your functions, and the scenes.
  *
  * Read it as you like; change nothing: your work is always judged with the original file.
  */
@@ -177,6 +177,69 @@ void scene_changed(void) {
     }
     octree_free(scene_octree);
     scene_octree = options.octree ? octree_build(scene, object_count) : NULL;
+}
+
+/* ---- Glue ------------------------------------------------------------------------------------ */
+
+bool intersect_object(ray *r, intersection *it, const object *obj) {
+    switch (obj->type) {
+    case SPHERE:
+        return intersect_sphere(r, it, obj);
+    case PLANE:
+        return intersect_plane(r, it, obj);
+    case CYLINDER:
+        return intersect_cylinder(r, it, obj);
+    case CONE:
+        return intersect_cone(r, it, obj);
+    default:
+        return false;
+    }
+}
+
+bool nearest_hit(ray *r, intersection *it) {
+    bool hit;
+    if (options.octree && scene_octree != NULL) {
+        hit = octree_intersect(scene_octree, r, it);
+        for (int k = 0; k < plane_count; k++) {
+            hit = intersect_plane(r, it, &scene[planes[k]]) || hit;
+        }
+    } else {
+        hit = intersect_scene(r, it);
+    }
+    if (hit && it->mat.pattern != PATTERN_NONE) {
+        it->mat.kd = surface_color(it);
+    }
+    return hit;
+}
+
+color surface_color(const intersection *it) {
+    switch (it->mat.pattern) {
+    case PATTERN_CHECKER:
+        return checker_color(&it->mat, it->position);
+    case PATTERN_IMAGE:
+        return texture_color(&it->mat, it->position);
+    default:
+        return it->mat.kd;
+    }
+}
+
+color hit_color(ray *r, const intersection *it) {
+    if (!options.shading) {
+        return it->mat.kd;
+    }
+    vec3 v = vector_normalized(vector_float_mul(-1.f, r->dir));
+    color direct = direct_light(it, v);
+    if (options.refraction && it->mat.refraction_index > 0.f) {
+        return vector_add(direct, glass_color(r, it));
+    }
+    if (options.reflections) {
+        return vector_add(direct, mirror_color(r, it));
+    }
+    return direct;
+}
+
+color sky_color(void) {
+    return vector_init(0.2f, 0.2f, 0.6f);
 }
 
 /* ---- Scenes of the handout ------------------------------------------------------------------- */
@@ -451,67 +514,4 @@ bool setup_scene(int number) {
     scenes[number]();
     scene_changed();
     return true;
-}
-
-/* ---- Glue ------------------------------------------------------------------------------------ */
-
-bool intersect_object(ray *r, intersection *it, const object *obj) {
-    switch (obj->type) {
-    case SPHERE:
-        return intersect_sphere(r, it, obj);
-    case PLANE:
-        return intersect_plane(r, it, obj);
-    case CYLINDER:
-        return intersect_cylinder(r, it, obj);
-    case CONE:
-        return intersect_cone(r, it, obj);
-    default:
-        return false;
-    }
-}
-
-bool nearest_hit(ray *r, intersection *it) {
-    bool hit;
-    if (options.octree && scene_octree != NULL) {
-        hit = octree_intersect(scene_octree, r, it);
-        for (int k = 0; k < plane_count; k++) {
-            hit = intersect_plane(r, it, &scene[planes[k]]) || hit;
-        }
-    } else {
-        hit = intersect_scene(r, it);
-    }
-    if (hit && it->mat.pattern != PATTERN_NONE) {
-        it->mat.kd = surface_color(it);
-    }
-    return hit;
-}
-
-color surface_color(const intersection *it) {
-    switch (it->mat.pattern) {
-    case PATTERN_CHECKER:
-        return checker_color(&it->mat, it->position);
-    case PATTERN_IMAGE:
-        return texture_color(&it->mat, it->position);
-    default:
-        return it->mat.kd;
-    }
-}
-
-color hit_color(ray *r, const intersection *it) {
-    if (!options.shading) {
-        return it->mat.kd;
-    }
-    vec3 v = vector_normalized(vector_float_mul(-1.f, r->dir));
-    color direct = direct_light(it, v);
-    if (options.refraction && it->mat.refraction_index > 0.f) {
-        return vector_add(direct, glass_color(r, it));
-    }
-    if (options.reflections) {
-        return vector_add(direct, mirror_color(r, it));
-    }
-    return direct;
-}
-
-color sky_color(void) {
-    return vector_init(0.2f, 0.2f, 0.6f);
 }

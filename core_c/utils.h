@@ -1,4 +1,4 @@
-/* utils.h - The program around your functions: command line and picture files.
+/* utils.h - The program around your functions: command line and picture files. Nothing here is for you to read.
  *
  * Only main.c includes it. All is static inline: the handout's compile line has no place for another .c file.
  * PPM (binary, "P6") is always written; PNG too when compiled with -DMRT_PNG, which make mrt does where it finds libpng.
