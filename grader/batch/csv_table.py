@@ -20,7 +20,11 @@ _NUMBER = re.compile(r"-?\d+(?:[.,]\d+)?")
 
 @dataclass(frozen=True)
 class Sheet:
-    """A table of text, and how its file is written. `lines` are where its rows begin."""
+    """A table of text, and how its file is written. `lines` are where its rows begin.
+
+    It is written in UTF-8, which platforms expect unless told; with its mark (`bom`) where the file
+    was in another encoding, so that a spreadsheet reads it too.
+    """
 
     header: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
@@ -28,7 +32,6 @@ class Sheet:
     delimiter: str = ","
     bom: bool = False
     newline: str = "\n"
-    encoding: str = "utf-8"
     quoted: bool = False  # every cell
 
 
@@ -40,7 +43,7 @@ def read(path: Path) -> Sheet:
         raise BatchError("batch.cannot_read", path=path, error=error.strerror) from error
     if len(content) > MAX_BYTES:
         raise BatchError("batch.not_a_table", path=path)
-    text, encoding, bom = _decoded(content)
+    text, bom = _decoded(content)
     delimiter, before = "", 0
     if announced := _ANNOUNCED.match(text):
         delimiter, before, text = announced[1], 1, text[announced.end() :]
@@ -52,24 +55,24 @@ def read(path: Path) -> Sheet:
     header = tuple(each.strip() for each in rows[0])
     quoted = first.count('"') >= 2 * len(header)
     places = tuple(line + before for line in lines[1:])
-    return Sheet(header, tuple(rows[1:]), places, delimiter, bom, newline, encoding, quoted)
+    return Sheet(header, tuple(rows[1:]), places, delimiter, bom, newline, quoted)
 
 
-def _decoded(content: bytes) -> tuple[str, str, bool]:
-    """Return a text, the encoding in which it is written back, and whether with UTF-8's mark."""
+def _decoded(content: bytes) -> tuple[str, bool]:
+    """Return a text, and whether it is written with UTF-8's mark."""
     if content.startswith(_BOM):
-        return content.removeprefix(_BOM).decode("utf-8", errors="replace"), "utf-8", True
+        return content.removeprefix(_BOM).decode("utf-8", errors="replace"), True
     wide = ""
     if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
         wide = "utf-16"
     elif b"\0" in content[:2]:
         wide = "utf-16-be" if content[:1] == b"\0" else "utf-16-le"
-    if wide:  # Excel's "Unicode text", which platforms do not read
-        return content.decode(wide, errors="replace"), "utf-8", True
+    if wide:  # Excel's "Unicode text"
+        return content.decode(wide, errors="replace"), True
     try:
-        return content.decode("utf-8"), "utf-8", False
+        return content.decode("utf-8"), False
     except UnicodeDecodeError:
-        return content.decode("cp1252", errors="replace"), "cp1252", False
+        return content.decode("cp1252", errors="replace"), True
 
 
 def _rows(text: str, delimiter: str, path: Path) -> tuple[list[tuple[str, ...]], list[int]]:
@@ -99,7 +102,7 @@ def written(sheet: Sheet) -> bytes:
     )
     writer.writerow(sheet.header)
     writer.writerows(sheet.rows)
-    content = out.getvalue().encode(sheet.encoding, errors="xmlcharrefreplace")
+    content = out.getvalue().encode()
     return _BOM + content if sheet.bom else content
 
 

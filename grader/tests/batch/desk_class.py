@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from grader.batch import command, csv_table
-from grader.tests.batch import fake_grading
+from grader.tests.batch import fake_grading, moodle_site
 from grader.tests.batch.fake_grading import source
 
 HEADER = (
@@ -133,7 +133,7 @@ class Laid:
         (self.folder / name).write_bytes(data)
 
     def run(self, *words: str, archive: str = "all.zip", out: str = "out") -> Desk:
-        """Run the command, in English."""
+        """Run the command, in English; every mark that it writes for Moodle must arrive there."""
         self.capsys.readouterr()
         path = self.folder.parent / out
         status = command.main(
@@ -141,6 +141,8 @@ class Laid:
         )
         said = self.capsys.readouterr()
         assert "Traceback" not in said.err
+        for filled in (path / "moodle").glob("*.csv"):
+            moodle_site.assert_arrives(filled)
         return Desk(status, said.err + said.out, path)
 
 

@@ -18,6 +18,8 @@ from zoneinfo import ZoneInfo
 
 import pytest
 
+from grader.batch import csv_table
+
 SCRIPT = Path(__file__).with_suffix(".php")
 ZONE = "Europe/Paris"
 HEADERS = {
@@ -165,3 +167,26 @@ def files(archive: Path) -> dict[str, Any]:
 def taken(outcome: dict[str, Any]) -> Sequence[str]:
     """Return whose grades an upload of a worksheet has changed."""
     return [number for number, what in outcome.items() if what == "taken"]
+
+
+def assert_arrives(path: Path) -> None:
+    """Upload a filled worksheet to a site that has its people: each mark in it must be taken.
+
+    Nothing is asked where there is no PHP, or of a language that the importer does not play.
+    """
+    lines = csv_table.read(path)
+    language = next((each for each, names in HEADERS.items() if names[0] == lines.header[0]), "")
+    if not shutil.which("php") or not language:
+        return
+    names = dict(zip(HEADERS["en"], HEADERS[language], strict=True))
+    at = {key: lines.header.index(name) for key, name in names.items() if name in lines.header}
+    site, marks = Site(language), {}
+    for cells in lines.rows:
+        number = cells[at["Identifier"]].removeprefix(HIDDEN[language])
+        site.people[number] = Person(number)
+        site.maximum = csv_table.number(cells[at["Maximum grade"]]) or site.maximum
+        if (mark := csv_table.number(cells[at["Grade"]])) is not None:
+            marks[number] = mark
+    (outcome,) = site.upload(sheet(path.read_bytes(), lines.delimiter))
+    assert {*taken(outcome)} == {*marks}
+    assert {name: site.people[name].grade for name in marks} == marks
