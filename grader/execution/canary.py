@@ -96,7 +96,7 @@ def _while_running(channel: SessionSocket, secret: Path, port: int) -> Iterator[
     ]
     for act, function, argument in acts:
         kind = "table" if function.endswith("_file") else "value"
-        head = {"do": "call", "function": function, "count": 1}
+        head = {"do": "call", "name": function, "function": function, "count": 1}
         head["parameters"] = [(kind, len(argument))]
         size = 4 + (len(argument) if kind == "table" else 0)
         try:
