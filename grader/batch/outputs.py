@@ -86,7 +86,8 @@ def _moodle(
     moodle_files.write_feedback(folder / "feedback.zip", pages.feedback())
     told = [*_older(worksheet, before["grades"], filled.grades), *filled.told, *_lost(marks)]
     separator = Message(_SEPARATORS[worksheet.sheet.delimiter])
-    names: dict[str, object] = {"worksheet": worksheet.path.name, "separator": separator}
+    # With its folder: the one beside the submissions has the same name.
+    names: dict[str, object] = {"worksheet": folder / worksheet.path.name, "separator": separator}
     told.append(Message("batch.upload", names))
     return told, {"grades": filled.grades, "comments": filled.comments}
 

@@ -131,9 +131,9 @@ def test_a_class_of_moodle_from_its_archive_to_its_marks(
     to = site(project, work)
     line = command(f'make batch SUBMISSIONS="{ARCHIVE}" OUT=notes/')
     said = follow(line, project)
-    assert re.search(r"notes/moodle/Notes.csv .*;.*feedback\.zip", said), said
     out = project / "notes"
     filled = out / "moodle" / "Notes.csv"
+    assert f"d'abord {filled} (séparateur : point-virgule), ensuite feedback.zip" in said
     to.upload(moodle_site.sheet(filled.read_bytes(), ";"))
     (pages,) = to.upload(moodle_site.files(out / "moodle" / "feedback.zip"))
     assert {number for people in pages.values() for number in people} == {"4001", "4002"}
@@ -147,7 +147,9 @@ def test_a_class_of_moodle_from_its_archive_to_its_marks(
     by_hand = "who;override;reason\nZoé Lefèvre;14;oral examination\n"
     (project / "manual.csv").write_text(by_hand, encoding="utf-8")
     follow(line, project)
-    assert "oral examination" in (out / "changes.csv").read_text(encoding="utf-8-sig")
+    assert "Zoé Lefèvre;2,25;14;saisie manuelle" in (out / "changes.csv").read_text(
+        encoding="utf-8-sig"
+    )
     to.upload(moodle_site.sheet(filled.read_bytes(), ";"))
     assert grades(to) == [first[0], 14, None]
     follow(command("make purge"), project)
