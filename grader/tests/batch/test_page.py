@@ -57,9 +57,9 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return made
 
 
-def follow(line: str, folder: Path, **settings: str) -> str:
+def follow(line: str, folder: Path) -> str:
     """Run a line of the page in a folder; return what it says, which must be no failure."""
-    done = run("sh", "-c", line, cwd=folder, MRT_ENV=sys.prefix, **settings)
+    done = run("sh", "-c", line, cwd=folder, MRT_ENV=sys.prefix)
     assert done.returncode == 0, f"{line}\n{done.stdout}{done.stderr}"
     return done.stdout + done.stderr
 
