@@ -41,8 +41,6 @@ from grader.sandbox.budget import Budget
 __all__ = ["BuildError", "Builder", "Built", "build"]
 
 MAX_TARGETS = 8  # in the making at the same time
-# Whose calls a library that counts counts.
-COUNTED = frozenset(f"intersect_{name}" for name in ("plane", "sphere", "cylinder", "cone"))
 _CHANGED = re.compile("error: conflicting types for")
 
 
@@ -114,9 +112,9 @@ class Builder:
     def start(self, target: Target, like: Future[Built] | None = None) -> Future[Built]:
         """Build for a target, after those that were started before.
 
-        `like` is another target, most of whose objects serve as they are. For one that counts,
-        those that hold no function to be counted; for another picture size, at which only TP1's
-        functions are called, those that are not TP1's.
+        `like` is another target, whose rejected files are known. For another picture size, at which
+        only TP1's functions are called, its objects that are not TP1's serve as they are; for one
+        that counts, none.
         """
         return self._targets.submit(self._build, target, like)
 
@@ -151,16 +149,13 @@ class Builder:
         self, job: TargetBuild, kept: Container[str], base: Built | None
     ) -> Mapping[str, ObjectFile]:
         """Compile every file; with a base, those alone whose objects would not serve."""
-        if base is None:
+        if base is None or job.target.counted:
             return self._compile_all(job, job.units(), kept)
         exercises = manifest.load().exercises
-        if job.target.counted:
-            again = [name for name, each in base.symbols.items() if each.defined & COUNTED]
-        else:
-            again = [name for name in job.own() if name in {e.file for e in exercises if e.tp == 1}]
+        again = [name for name in job.own() if name in {e.file for e in exercises if e.tp == 1}]
         others = [name for name in job.own() if name not in again]
         objects = self._compile_all(job, [name for name in job.units() if name not in others], kept)
-        if not job.target.counted and not any(each.errors for each in objects.values()):
+        if not any(each.errors for each in objects.values()):
             symbols = job.symbols({name: objects[name] for name in again})
             if not _is_apart(symbols.values(), [base.symbols[name] for name in others]):
                 return self._compile_all(job, job.units(), kept)

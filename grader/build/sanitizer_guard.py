@@ -11,6 +11,7 @@ import re
 from collections.abc import Iterable, Mapping
 
 _ATTRIBUTE = rb"no_sanitize\w*|no_address_safety_analysis|disable_sanitizer_instrumentation"
+_ATTRIBUTE += rb"|no_instrument_function"
 _SYMBOL = rb"__(?:a|ub|l)san_\w+|__sanitizer_\w+|__cyg_profile_\w+"
 _WORD = re.compile(rb"\b_*(?:" + _ATTRIBUTE + rb")\b|\b(?:" + _SYMBOL + rb")\b")
 _DEFINED = re.compile(_SYMBOL.decode())

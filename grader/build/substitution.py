@@ -63,7 +63,7 @@ def substituted(built: Built, solution: Built, names: Collection[str]) -> BuildR
         weak = sorted(solution.symbols[name].defined - {*replaced})
         ours.append((f"reference/{name}", job.weakened(solution.objects[name], weak)))
     # The submission's first: of its own several definitions, as of the traps, the first counts.
-    parts = [*{**built.objects, **theirs}.items(), (SHIM, built.shim), (TRAPS, traps), *ours]
+    parts = [(SHIM, built.shim), *{**built.objects, **theirs}.items(), (TRAPS, traps), *ours]
     return replace(built.result, library=job.mixed(parts))
 
 
@@ -75,7 +75,7 @@ def probed(built: Built) -> BuildResult:
     job = built.job
     probe = job.compile_text(PROBE.name, PROBE.read_text(encoding="utf-8"))
     theirs = _weakened(built, [PROBED])
-    parts = [*{**built.objects, **theirs}.items(), (SHIM, built.shim), (PROBE.name, probe)]
+    parts = [(SHIM, built.shim), *{**built.objects, **theirs}.items(), (PROBE.name, probe)]
     return replace(built.result, library=job.mixed(parts))
 
 

@@ -27,7 +27,7 @@ LANGUAGES = ("c", "c++")
 NM_SECONDS = 20
 SYMBOL_BYTES = 1_000_000  # of the list of a submission's: a right one's takes some thousands
 COUNTING = exercises.PACKAGE / "build" / "shim" / "count.c"
-COUNT = "mrt_object_tests"  # its function: the entries since it was last called
+COUNT, STEPS = "mrt_object_tests", "mrt_steps"  # its functions, whose numbers only grow
 
 
 class MixError(UserError):
@@ -161,10 +161,11 @@ class TargetBuild:
         flags = toolchain.defines(self.target)
         binding, text = declared(self.sources, flags, self.compiler, self.cache)
         if self.target.counted:
+            counts = {each: Function(each, each, "uint64_t", ()) for each in (COUNT, STEPS)}
             binding = replace(
                 binding,
-                cdef=f"{binding.cdef}\nuint64_t {COUNT}(void);",
-                functions={**binding.functions, COUNT: Function(COUNT, COUNT, "uint64_t", ())},
+                cdef="".join([binding.cdef, *(f"\nuint64_t {each}(void);" for each in counts)]),
+                functions={**binding.functions, **counts},
             )
             text += COUNTING.read_text(encoding="utf-8")
         return binding, self.compile_text(SHIM, text)
@@ -185,8 +186,8 @@ class TargetBuild:
         """Make the library; `rejected` are the errors of the files that were left out."""
         if shim.errors:
             raise BuildError("machine.given_broken", name=SHIM, log=shim.errors)
-        # The course's files first: of what is defined twice, theirs counts.
-        named = [(name, objects[name]) for name in _in_order(objects)] + [(SHIM, shim)]
+        # Of what is defined twice the first counts: the shim's, then that of the course's files.
+        named = [(SHIM, shim), *((name, objects[name]) for name in _in_order(objects))]
         result = BuildResult(
             BuildStatus.REJECTED,
             self.target,
@@ -237,7 +238,9 @@ class TargetBuild:
         return f"mrt-{key}{toolchain.library_suffix(self.compiler)}"
 
     def _compile(self, source: Path, name: str, language: str = "c") -> ObjectFile:
-        flags = toolchain.compile_flags(self.compiler, self.target, language)
+        # What counts does not count itself.
+        target = replace(self.target, counted=False) if name == SHIM else self.target
+        flags = toolchain.compile_flags(self.compiler, target, language)
         given = exercises.load().given
         # A given file includes given headers only: it is compiled once for every submission.
         own = [] if name in given or source.parent != self.sources else self._own_headers()
@@ -276,7 +279,8 @@ class TargetBuild:
             flags.append(toolchain.cxx_library(self.compiler))
         command = [*self._driver(), *files, *flags, "-o"]
         inputs = [each.path for _, each in named]
-        made = make(command, library, self.sources, inputs, named[0][0], self.budget)
+        first = next((name for name, _ in named if name != SHIM), SHIM)
+        made = make(command, library, self.sources, inputs, first, self.budget)
         said = made.said
         for name, each in named:
             said = said.replace(str(each.path.resolve()), name)

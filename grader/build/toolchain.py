@@ -17,6 +17,7 @@ from grader.course.message import UserError
 from grader.sandbox import surroundings
 
 COMPILE_SECONDS = 30
+UNSEEN = ("no_instrument_function", "no_sanitize_coverage")  # attributes that hide from counting
 QUESTION_SECONDS = 20  # for a question such as --version
 
 
@@ -89,7 +90,9 @@ def compile_flags(compiler: Compiler, target: Target, language: str = "c") -> li
         # the optimiser warns of, the build for pictures tells.
         flags += ["-O0", "-fno-omit-frame-pointer", *sanitize_flags()]
     elif target.counted:
-        flags += ["-O0", "-finstrument-functions"]
+        flags += ["-O0", "-finstrument-functions", "-fsanitize-coverage=trace-pc"]
+        # Who pastes such a word together, unseen by sanitizer_guard.py, has another one.
+        flags += [f"-D{name}=unused" for each in UNSEEN for name in (each, f"__{each}__")]
     else:
         flags += ["-O2"]
     return flags + defines(target) + [each for each in target.defines if each[:2] != "-D"]

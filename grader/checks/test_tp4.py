@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from grader.build.target import COUNT
+from grader.build.target import COUNT, STEPS
 from grader.checking.comparison import unit
 from grader.checking.describe import number, setting
 from grader.checking.expected_data import Batch
@@ -120,6 +120,7 @@ def test_mirror_color_depth(student: Student) -> None:
 
 # Of the tests that going through the whole list would take: what a tree of any use stays below.
 FEW = 0.5
+ASIDE = 200  # objects where no ray comes
 
 
 def plant(bench: Bench, batch: Batch) -> Address:
@@ -187,11 +188,7 @@ def test_octree_fewer_tests(student: Student) -> None:
     """In a crowd, each ray is tested against few of the objects."""
     crowd = max(student.batches("octree.hits"), key=lambda each: len(each.globals["scene"]))
     objects, rays = len(crowd.globals["scene"]), crowd.count
-    with student.counting() as bench:
-        root = plant(bench, crowd)
-        bench.session.call(COUNT)  # forgets what the building may have tested
-        trial = search(bench, crowd, root)
-        tests = int(bench.session.call(COUNT).result)
+    trial, tests, steps = counted(student, crowd)
     trial.expect("result", "r.tmax")
     if tests < rays:  # each of them hits something, which takes a test
         raise Wrong("failure.uncounted", rays=rays, tests=tests)
@@ -199,3 +196,30 @@ def test_octree_fewer_tests(student: Student) -> None:
         most = number(FEW * objects)
         values = {"rays": rays, "objects": objects, "got": number(tests / rays), "most": most}
         raise Wrong("failure.many_tests", **values)
+    # A test that is written out elsewhere is no count: but each object takes steps all the same.
+    _, _, more = counted(student, with_others(crowd))
+    if more - steps > rays * ASIDE / 4:
+        got = number((more - steps) / rays)
+        raise Wrong("failure.every_object", aside=ASIDE, got=got)
+
+
+def counted(student: Student, batch: Batch) -> tuple[Answers, int, int]:
+    """Search the tree of a scene; return the answers, the tests of objects, and the steps."""
+    with student.counting() as bench:
+        root = plant(bench, batch)
+        before = [int(bench.session.call(each).result) for each in (COUNT, STEPS)]
+        trial = search(bench, batch, root)
+        after = [int(bench.session.call(each).result) for each in (COUNT, STEPS)]
+    return trial, after[0] - before[0], after[1] - before[1]
+
+
+def with_others(batch: Batch) -> Batch:
+    """Return a batch with as many small objects more, together in a corner where no ray comes."""
+    scene = batch.globals["scene"]
+    corner = np.array([scene["center"][:, 0].max() - 8, *scene["center"][:, 1:].min(axis=0)])
+    others = np.repeat(scene[:1], ASIDE)
+    steps = np.indices((ASIDE, 1, 1))[0].reshape(-1)
+    places = np.stack([steps % 6, steps // 6 % 6, steps // 36], axis=1)
+    others["center"] = corner + places / 10
+    others["radius"] = 0.02
+    return replace(batch, globals={**batch.globals, "scene": np.append(scene, others)})

@@ -176,11 +176,12 @@ class Core(Constructor):
             self._prepare(stage, {**self._options, **chosen})
             session, ray = stage.session, stage.core.zeros("ray")
             counts = np.zeros((size[1], size[0]), np.int64)
-            session.call(COUNT)  # forgets what was counted before
+            before = int(session.call(COUNT).result)
             for (j, i), _ in np.ndenumerate(counts):
                 seen = session.call("camera_ray", ray, i + 0.5, j + 0.5)
                 session.call("trace_ray", seen.args["r"])
-                counts[j, i] = session.call(COUNT).result
+                after = int(session.call(COUNT).result)
+                counts[j, i], before = after - before, after
             return counts
 
         return self._engine.run(size, "trace_ray", act, counted=True)

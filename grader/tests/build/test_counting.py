@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from grader.authoring.specimens import variants
 from grader.evaluation.records import CheckResult
 from grader.tests.support.judging import judge, solution
 
@@ -43,12 +44,12 @@ static bool own_sphere(ray *r, intersection *it, const object *obj) {
 """
 
 
-def counted(called: str, cache: Path) -> CheckResult:
+def counted(called: str, cache: Path, listing: str = LIST, before: str = "") -> CheckResult:
     """Judge an octree_intersect that goes through the list by a function of that name."""
     files = solution()
     own, _, rest = files["octree.c"].partition("bool octree_intersect(")
     after = rest[rest.index("\n}\n") + 3 :]
-    files["octree.c"] = own + OWN + LIST.replace("CALLED", called) + after
+    files["octree.c"] = before + own + OWN + listing.replace("CALLED", called) + after
     return judge(files, cache, 4, "octree.hits or octree.fewer_tests")[CHECK]
 
 
@@ -65,6 +66,63 @@ def test_tests_that_no_count_sees_earn_nothing(cache: Path) -> None:
     found = counted("own_sphere", cache)
     assert (found.outcome.value, found.points) == ("failed", 0)
     assert "were called 0 times only" in found.message
+
+
+# The nearest object is found unseen; then it alone is tested, as if by a tree.
+TWICE = """
+@BEFORE@
+bool octree_intersect(const octree_node *node, ray *r, intersection *it) {
+    (void)node;
+    int best = -1;
+    for (int k = 0; k < object_count; k++) {
+        ray copy = *r;
+        intersection seen = {0};
+        if (scene[k].type == SPHERE && @TEST@) {
+            best = k;
+            r->tmax = copy.tmax;
+        }
+    }
+    if (best < 0) return false;
+    r->tmax *= 1.0001f;
+    return intersect_sphere(r, it, &scene[best]);
+}
+"""
+COPIED = TWICE.replace("@TEST@", "own_sphere(&copy, &seen, &scene[k])")
+HIDDEN = "#define PASTE(a, b) a##b\n__attribute__((PASTE(no_sanitize_, coverage), "
+HIDDEN += "PASTE(no_instrument_, function)))"
+RESET = """
+uint64_t mrt_object_tests(void);
+static bool forgetting(ray *r, intersection *it, const object *obj) {
+    bool hit = intersect_sphere(r, it, obj);
+    mrt_object_tests();
+    return hit;
+}
+"""
+CHEATS = {
+    "a copy under another name, and one counted test": COPIED.replace("@BEFORE@", ""),
+    "the same, hidden": COPIED.replace("@BEFORE@", HIDDEN),
+    "the counter asked for, to forget": RESET + LIST.replace("CALLED", "forgetting"),
+    "a counter of one's own": "uint64_t mrt_object_tests(void);\n"
+    "uint64_t mrt_object_tests(void) { static uint64_t k; return k += 600; }\n"
+    + LIST.replace("CALLED", "intersect_object"),
+    "another name by a macro": "static bool own_sphere(ray *, intersection *, const object *);\n"
+    "#define intersect_sphere own_sphere\n" + LIST.replace("CALLED", "intersect_sphere"),
+}
+
+
+@pytest.mark.parametrize("cheat", CHEATS)
+def test_no_count_is_cheated(cheat: str, cache: Path) -> None:
+    """The whole list, tested for each ray, whatever it is called and whoever counts."""
+    found = counted("", cache, CHEATS[cheat], "#include <stdint.h>\n")
+    assert (found.outcome.value, found.points) == ("failed", 0), found.message
+
+
+@pytest.mark.parametrize("patch", ["octree_by_boxes", "octree_small_leaves", "bvh"])
+def test_other_trees_test_few(patch: str, cache: Path) -> None:
+    """Right programs that are written otherwise have the points."""
+    (variant,) = [each for each in variants.load() if each.id == patch]
+    found = judge(variant.files(), cache, 4, "octree.hits or octree.fewer_tests")[CHECK]
+    assert (found.outcome.value, found.points) == ("passed", found.max_points)
 
 
 def test_the_reference_tests_few(cache: Path) -> None:
