@@ -66,7 +66,7 @@ def _hand(
     override, reason = named(_OVERRIDE), named(_REASON)
     value = _points(override, _OVERRIDE[0], path, line) if override else None
     if value is not None and not 0 <= value <= scale:
-        raise BatchError("batch.manual_range", path=path, line=line, scale=f"{scale:g}")
+        raise BatchError("batch.manual_range", path=path, line=line, scale=float(scale))
     if value is not None and not reason:
         raise BatchError("batch.manual_reason", path=path, line=line)
     return ManualMark(line, points, named(_COMMENT), value, reason)

@@ -100,7 +100,7 @@ def _counted(
     why = [*given.why, *lateness.remarks, *_broken(results)]
     if late.zero_after_days and days > late.zero_after_days:
         penalty, value = before, 0.0
-    told = Message("batch.late", {"days": days, "penalty": f"{penalty:g}"}) if days else None
+    told = Message("batch.late", {"days": days, "penalty": float(penalty)}) if days else None
     value = rounded(value, course)
     if value == 0:
         why.append(_zero(results, rubric))
@@ -137,7 +137,7 @@ def _zero(results: Mapping[str, Any], rubric: float) -> Message:
         "todo": outcomes[Outcome.TODO.value] + outcomes[Outcome.BLOCKED.value],
     }
     if rubric < 0:
-        return Message("batch.zero_rubric", {**counts, "rubric": f"{rubric:g}"})
+        return Message("batch.zero_rubric", {**counts, "rubric": float(rubric)})
     return Message("batch.zero", counts)
 
 

@@ -74,7 +74,7 @@ def filled(
         rows.append(cells)
     if others := sorted(maxima - {scale}):
         values: dict[str, object] = {
-            "scale": f"{scale:g}",
+            "scale": float(scale),
             "most": ", ".join(f"{each:g}" for each in others),
         }
         copy.told.insert(0, Message("batch.converted", values))

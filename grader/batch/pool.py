@@ -122,7 +122,7 @@ def _heard(worker: _Worker, task: Task) -> GradedFiles:
     except (EOFError, OSError):
         return GradedFiles(task.name, failure=_texts(task).say("batch.worker_gone"))
     return GradedFiles(
-        task.name, failure=_texts(task).say("batch.worker_late", seconds=f"{MOST_SECONDS:g}")
+        task.name, failure=_texts(task).say("batch.worker_late", seconds=float(MOST_SECONDS))
     )
 
 

@@ -27,8 +27,8 @@ class Texts:
     def say(self, key: str, **values: object) -> str:
         """Return the sentence of a key such as "submission.no_folder", with its values.
 
-        A value may be a Verdict: words of the language too. Raises KeyError for an unknown key: a
-        test holds keys and sentences together.
+        A value may be a Message, words of the language too; a float is written as the language
+        writes it. Raises KeyError for an unknown key: a test holds keys and sentences together.
         """
         return self._sentences[key].format_map({k: self._word(v) for k, v in values.items()})
 
@@ -37,7 +37,9 @@ class Texts:
         return self._sentences.get(key, default)
 
     def _word(self, value: object) -> object:
-        return self.say(value.key, **value.values) if isinstance(value, Message) else value
+        if isinstance(value, Message):
+            return self.say(value.key, **value.values)
+        return self.number(value) if isinstance(value, float) else value
 
     def number(self, value: float) -> str:
         """Return a number as it is written in the language, with as few decimals as it needs."""

@@ -50,7 +50,7 @@ def message(death: Death, call: str) -> Message:
         "calls": ((death.function, death.location), *death.callers),
         "function": death.function,
         "code": death.code,
-        "seconds": f"{death.seconds:g}",
+        "seconds": death.seconds,
         "detail": death.text.strip()[:300],
         "word": death.word.removeprefix(_RUNTIME),
         "bytes": int(refused[1], 16) if refused else 0,

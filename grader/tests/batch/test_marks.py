@@ -97,7 +97,10 @@ def test_lateness_is_a_persons_own() -> None:
     assert [value(results(15, 30), rules, handed=each) for each in moments] == [20, 19, 17, 0]
     bob = marks.mark(BOB, graded(results(15, 30)), None, late(BOB, moments[0], rules), rules)
     assert (bob.value, bob.late_days) == (18.0, 2)
-    assert bob.late == Message("batch.late", {"days": 2, "penalty": "2"})
+    assert bob.late == Message("batch.late", {"days": 2, "penalty": 2})
+    half = Message("batch.late", {"days": 1, "penalty": 1.5})
+    assert Texts("fr").say(half.key, **half.values).endswith("-1,5.")
+    assert Texts("en").say(half.key, **half.values).endswith("-1.5.")
 
 
 def test_what_is_no_mark_is_none_and_says_why() -> None:

@@ -122,7 +122,7 @@ def test_marks_are_converted_to_the_worksheets_maximum(
     assert imported(filled.content, "fr", ",")[101][0] == expected
     told = [each for each in filled.told if each.key == "batch.converted"]
     assert [each.values for each in told] == (
-        [] if most == "20" else [{"scale": "20", "most": most[:-3]}]
+        [] if most == "20" else [{"scale": 20, "most": most[:-3]}]
     )
     assert filled.grades["101"] == f"{expected:.2f}".replace(".", ",")
 
