@@ -12,12 +12,11 @@ from collections.abc import Iterator, Mapping
 
 from grader.course.exercises import ROOT, read_toml
 from grader.course.message import UserError
+from grader.setup import c_text
 
 FOLDER = ROOT / "reference" / "comments"
 SOURCE = "en"  # what the files are written in
 
-# Strings and characters hold no comment; they come first, to be left alone.
-_C = re.compile(r"""(?P<code>"(?:\\.|[^"\\\n])*"|'(?:\\.|[^'\\\n])*')|/\*.*?\*/""", re.DOTALL)
 # Whole lines, but for those that end in nothing else: `##` introduces the help of make.
 _HASH = re.compile(r"^#(?!#).*(?:\n#(?!#).*)*", re.MULTILINE)
 _RULE = re.compile(r"(?P<left>[=-]{3,} )?(?P<text>.*?)(?P<right> [=-]{3,})?")
@@ -51,7 +50,7 @@ def in_language(path: str, text: str, language: str) -> str:
     met: set[str] = set()
 
     def replaced(found: re.Match[str]) -> str:
-        if found.groupdict().get("code"):
+        if found.groupdict().get("literal"):
             return found[0]
         own = plain(found[0])
         met.add(own)
@@ -79,13 +78,13 @@ def catalogue(path: str, language: str) -> dict[str, str]:
 def comments(path: str, text: str) -> Iterator[str]:
     """Yield the comments of a file, as `plain` gives them."""
     for found in _pattern(path).finditer(text):
-        if not found.groupdict().get("code"):
+        if not found.groupdict().get("literal"):
             yield plain(found[0])
 
 
 def without_comments(path: str, text: str) -> str:
     """Return what of a file is no comment."""
-    return _pattern(path).sub(lambda found: found.groupdict().get("code") or "", text)
+    return _pattern(path).sub(lambda found: found.groupdict().get("literal") or "", text)
 
 
 def plain(comment: str) -> str:
@@ -115,7 +114,7 @@ def _dressed(comment: str, text: str, column: int) -> str:
 
 
 def _pattern(path: str) -> re.Pattern[str]:
-    return _C if path.endswith((".c", ".h")) else _HASH
+    return c_text.SILENT if path.endswith((".c", ".h")) else _HASH
 
 
 def _problem(key: str, path: str, language: str, own: str) -> TranslationError:

@@ -10,16 +10,13 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 
-_ATTRIBUTE = rb"no_sanitize\w*|no_address_safety_analysis|disable_sanitizer_instrumentation"
-_ATTRIBUTE += rb"|no_instrument_function"
-_SYMBOL = rb"__(?:a|ub|l)san_\w+|__sanitizer_\w+|__cyg_profile_\w+"
-_WORD = re.compile(rb"\b_*(?:" + _ATTRIBUTE + rb")\b|\b(?:" + _SYMBOL + rb")\b")
-_DEFINED = re.compile(_SYMBOL.decode())
-# Comments, strings and characters, where anything may stand; but a string in an attribute is no
-# such thing. What is begun always ends, at the end of the line or of the file: one pass is enough.
-_SILENT = re.compile(
-    rb"//[^\n]*|/\*.*?(?:\*/|\Z)|\"(?:\\.|[^\"\\\n])*\"?|'(?:\\.|[^'\\\n])*'?", re.DOTALL
-)
+from grader.setup import c_text
+
+_ATTRIBUTE = r"no_sanitize\w*|no_address_safety_analysis|disable_sanitizer_instrumentation"
+_ATTRIBUTE += r"|no_instrument_function"
+_SYMBOL = r"__(?:a|ub|l)san_\w+|__sanitizer_\w+|__cyg_profile_\w+"
+_WORD = re.compile(rf"\b_*(?:{_ATTRIBUTE})\b|\b(?:{_SYMBOL})\b", re.ASCII)
+_DEFINED = re.compile(_SYMBOL, re.ASCII)
 
 
 def in_text(files: Mapping[str, bytes]) -> str:
@@ -33,10 +30,9 @@ def in_symbols(name: str, defined: Iterable[str]) -> str:
 
 
 def _errors(name: str, content: bytes) -> str:
-    # Lines keep their numbers, and a comment its place.
-    code = _SILENT.sub(lambda found: b"\n" * found[0].count(b"\n") or b" ", content)
+    code = c_text.blanked(content.decode("latin-1"))
     return "".join(
-        _error(name, code.count(b"\n", 0, found.start()) + 1, found[0].decode())
+        _error(name, code.count("\n", 0, found.start()) + 1, found[0])
         for found in _WORD.finditer(code)
     )
 

@@ -33,12 +33,12 @@ from grader.intake import archives, authors
 from grader.intake.authors import Authors
 from grader.intake.records import Submission
 from grader.intake.submission import read_submission
+from grader.setup import c_text
 from grader.setup.folding import put
 
 TARGET = Target(320, 180)
 MAX_NAMED = 4  # functions that are not there
 # Comments and strings.
-_NO_CODE = re.compile(r'//[^\n]*|/\*.*?(?:\*/|\Z)|"(?:\\.|[^"\\\n])*"', re.DOTALL)
 
 
 class HandinError(UserError):
@@ -220,7 +220,7 @@ def _lacks(submission: Submission, result: BuildResult | UserError, texts: Texts
 def missing_functions(submission: Submission) -> list[str]:
     """Return the functions of open TPs that no file defines any more: renamed, or deleted."""
     text = "\n".join(each.decode(errors="replace") for each in submission.files.values())
-    code = _NO_CODE.sub(" ", text)
+    code = c_text.blanked(text)
     opened = settings.load().opened
     names = [
         name

@@ -9,7 +9,6 @@ data only), `core_c/` is the source of that archive, and is what others are judg
 from __future__ import annotations
 
 import io
-import re
 import zipfile
 from collections.abc import Mapping
 from functools import cache
@@ -17,14 +16,11 @@ from pathlib import Path
 
 from grader.course import exercises
 from grader.course.message import UserError
+from grader.setup import c_text
 
 PACK = exercises.PACKAGE / "intake" / "originals.zip"
 REFERENCE = exercises.ROOT / "reference"
 _UTF8_BOM = b"\xef\xbb\xbf"
-# A comment, or what holds none: what begins always ends, at the end of the line or of the file.
-_COMMENT = re.compile(
-    rb"""(?P<code>"(?:\\.|[^"\\\n])*"?|'(?:\\.|[^'\\\n])*'?)|//[^\n]*|/\*.*?(?:\*/|\Z)""", re.DOTALL
-)
 
 
 class OriginalsError(UserError):
@@ -79,9 +75,9 @@ def from_core() -> dict[str, bytes]:
     return found
 
 
-def _plain(content: bytes) -> bytes:
+def _plain(content: bytes) -> str:
     text = content.removeprefix(_UTF8_BOM).replace(b"\r\n", b"\n")
-    return _COMMENT.sub(lambda found: found["code"] or b"", text).strip()
+    return c_text.without_comments(text.decode("latin-1")).strip()
 
 
 def packed(files: Mapping[str, bytes]) -> bytes:

@@ -7,6 +7,7 @@ the old ones are put back. Killed in between, the same update can be run again.
 
 from __future__ import annotations
 
+import contextlib
 import os
 import shutil
 import time
@@ -21,7 +22,7 @@ from grader.setup.sentences import in_language
 _LAST = (
     *(
         f"grader/setup/{name}.py"
-        for name in ("folding", "sentences", "release_record", "transaction", "update")
+        for name in ("c_text", "folding", "sentences", "release_record", "transaction", "update")
     ),
     RECORD,
 )
@@ -87,6 +88,7 @@ def replace(plan: Plan, root: Path) -> Done:
         raise
     finally:
         _discard(_staged(root / step.path) for step in plan.steps)
+    _prune(plan, root)
     names = {path: os.path.relpath(place, root) for path, place in beside.items()}
     return Done(backup.name, names)
 
@@ -158,6 +160,17 @@ def _rename(plan: Plan, root: Path) -> None:
         except OSError:
             raise _HalfDoneError from error
         raise
+
+
+def _prune(plan: Plan, root: Path) -> None:
+    """Remove the folders that the update has left empty, but for what Python keeps there."""
+    left = {root / each.path for each in plan.steps if each.after is None}
+    folders = {above for path in left for above in path.parents if root in above.parents}
+    for folder in sorted(folders, key=lambda each: len(each.parts), reverse=True):
+        with contextlib.suppress(OSError):
+            if [each.name for each in folder.iterdir()] == ["__pycache__"]:
+                shutil.rmtree(folder / "__pycache__")
+            folder.rmdir()
 
 
 def _rank(step: Step) -> int:

@@ -15,7 +15,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from io import BytesIO
 from pathlib import Path, PurePosixPath
 
-from grader.setup import release_record
+from grader.setup import c_text, release_record
 from grader.setup.folding import put
 from grader.setup.release_record import ORIGINALS, RECORD, HandoutError, Release, digest
 from grader.setup.sentences import in_language
@@ -138,11 +138,12 @@ def _news(kept: Sequence[str], files: Mapping[str, bytes], root: Path) -> dict[s
             if name not in archive.namelist() or path not in files:
                 continue
             was, now = (
-                each.decode("utf-8", errors="replace").splitlines(keepends=True)
-                for each in (archive.read(name), files[path])
+                each.decode("utf-8", errors="replace") for each in (archive.read(name), files[path])
             )
-            if lines := "".join(difflib.unified_diff(was, now, f"old/{name}", f"new/{name}")):
-                found[path] = lines
+            if c_text.without_comments(was) == c_text.without_comments(now):
+                continue  # perhaps in another language: nothing is to be carried over
+            old, new = (each.splitlines(keepends=True) for each in (was, now))
+            found[path] = "".join(difflib.unified_diff(old, new, f"old/{name}", f"new/{name}"))
     return found
 
 

@@ -22,11 +22,12 @@ from grader.build.records import Target
 from grader.checking.expected_data import SIZE
 from grader.course import exercises
 from grader.course.exercises import CORE, ROOT
+from grader.setup import c_text
 
 # Not judged: the program's start, a drawing of one's own with its helpers, what calls `fill`, and
 # the colours and the directions of the fractal, which are free.
 LEFT_OUT = frozenset({"main", "fill_red", "draw", "fractal_material", "child_direction"})
-_COMMENT = re.compile(r"/\*.*?\*/|^[ \t]*#.*?$", re.DOTALL | re.MULTILINE)
+_DIRECTIVE = re.compile(r"^[ \t]*#.*$", re.MULTILINE)
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +75,8 @@ def _called(function: c_ast.FuncDef) -> set[str]:
 def parsed(name: str) -> MutatedSource:
     """Read a file of the reference."""
     text = patches.reference()[name]
-    plain = _COMMENT.sub(lambda found: re.sub(r"[^\n]", " ", found[0]), text)
+    plain = c_text.blanked(text, literals=False)
+    plain = _DIRECTIVE.sub(lambda found: " " * len(found[0]), plain)
     prelude = "".join(f"typedef int {each};\n" for each in SYSTEM_TYPES)
     tree = c_parser.CParser().parse(f'{prelude}{_headers()}\n# 1 "{name}"\n{plain}', "given")
     printer = c_generator.CGenerator()

@@ -12,9 +12,9 @@ from grader.lab.display.error_cards import sentence
 from grader.lab.display.links import core_folder, link
 from grader.lab.display.stopped import Stopped
 from grader.lab.display.words import say
+from grader.setup import c_text
 
 # Comments, strings and characters: braces in them do not count.
-_BLANK = re.compile(r'/\*.*?\*/|//[^\n]*|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'', re.DOTALL)
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ def coloured(text: str) -> str:
 
 def _span(text: str, function: str) -> tuple[int, int] | None:
     """Return where a definition begins and ends."""
-    bare = _BLANK.sub(lambda match: re.sub(r"[^\n]", " ", match[0]), text)
+    bare = c_text.blanked(text)
     # Before the name only words and stars, a type: a call inside an if (...) { is no definition.
     head = re.compile(rf"^[\w \t*]*\b{re.escape(function)}\s*\([^;{{}}]*\)\s*\{{", re.MULTILINE)
     for match in head.finditer(bare):

