@@ -238,9 +238,9 @@ class TargetBuild:
         return f"mrt-{key}{toolchain.library_suffix(self.compiler)}"
 
     def _compile(self, source: Path, name: str, language: str = "c") -> ObjectFile:
-        # What counts does not count itself.
-        target = replace(self.target, counted=False) if name == SHIM else self.target
-        flags = toolchain.compile_flags(self.compiler, target, language)
+        flags = toolchain.compile_flags(self.compiler, self.target, language)
+        if self.target.counted and name != SHIM:  # what counts does not count itself
+            flags += toolchain.counting_flags()
         given = exercises.load().given
         # A given file includes given headers only: it is compiled once for every submission.
         own = [] if name in given or source.parent != self.sources else self._own_headers()

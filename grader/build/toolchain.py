@@ -90,9 +90,7 @@ def compile_flags(compiler: Compiler, target: Target, language: str = "c") -> li
         # the optimiser warns of, the build for pictures tells.
         flags += ["-O0", "-fno-omit-frame-pointer", *sanitize_flags()]
     elif target.counted:
-        flags += ["-O0", "-finstrument-functions", "-fsanitize-coverage=trace-pc"]
-        # Who pastes such a word together, unseen by sanitizer_guard.py, has another one.
-        flags += [f"-D{name}=unused" for each in UNSEEN for name in (each, f"__{each}__")]
+        flags += ["-O0"]
     else:
         flags += ["-O2"]
     return flags + defines(target) + [each for each in target.defines if each[:2] != "-D"]
@@ -102,6 +100,13 @@ def defines(target: Target) -> list[str]:
     """Return the -D flags of a target."""
     own = [each for each in target.defines if each[:2] == "-D"]
     return [f"-DWIDTH={target.width}", f"-DHEIGHT={target.height}", *own]
+
+
+def counting_flags() -> list[str]:
+    """Return the flags by which the entries of functions and the steps of the code are counted."""
+    flags = ["-finstrument-functions", "-fsanitize-coverage=trace-pc"]
+    # Who pastes such a word together, unseen by sanitizer_guard.py, has another one.
+    return flags + [f"-D{name}=unused" for each in UNSEEN for name in (each, f"__{each}__")]
 
 
 def sanitize_flags() -> list[str]:

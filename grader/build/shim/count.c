@@ -12,6 +12,10 @@ extern __typeof__(intersect_plane) intersect_plane __attribute__((weak));
 extern __typeof__(intersect_sphere) intersect_sphere __attribute__((weak));
 extern __typeof__(intersect_cylinder) intersect_cylinder __attribute__((weak));
 extern __typeof__(intersect_cone) intersect_cone __attribute__((weak));
+#ifdef __ELF__
+/* clang does not go back over the calls above. */
+__asm__(".weak intersect_plane, intersect_sphere, intersect_cylinder, intersect_cone");
+#endif
 
 void __cyg_profile_func_enter(void *function, void *caller);
 void __cyg_profile_func_exit(void *function, void *caller);
