@@ -65,7 +65,7 @@ batch: ## évalue une classe : SUBMISSIONS=, OUT=, JOBS=2, NAMES=1, AGAIN=1 | gr
 	@$(call PYTHON_OF,grade) && "$$python" -m grader batch $${SUBMISSIONS:+"$$SUBMISSIONS"} $${OUT:+--out "$$OUT"} \
 	    $${JOBS:+--jobs "$$JOBS"} $${SCHEDULER:+--scheduler "$$SCHEDULER"} $${ISOLATION:+--isolation "$$ISOLATION"} \
 	    $${AGAIN:+--again} $${NAMES:+--names} $${GALLERY:+--gallery} $${WORKSHEET:+--worksheet "$$WORKSHEET"} \
-	    $${HINT:+--hint "$$HINT"} $${EXPECTED:+--expected "$$EXPECTED"}
+	    $${HINT:+--hint "$$HINT"} $${EXPECTED:+--expected "$$EXPECTED"} $${YES:+--yes}
 
 purge: ## efface les résultats d'une classe : OUT=dossier | erases the results of a class: OUT=folder
 	@$(call PYTHON_OF,grade) && "$$python" -m grader purge $${OUT:+"$$OUT"}

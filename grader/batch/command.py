@@ -15,6 +15,7 @@ from pathlib import Path
 from rich.console import Console
 
 from grader.batch import cluster, outputs, pool
+from grader.batch.contents import some
 from grader.batch.discovery import discover
 from grader.batch.last_run import person_of
 from grader.batch.preparation import Asked, beside, prepare
@@ -31,6 +32,7 @@ from grader.course.settings import Course
 from grader.course.texts import LANGUAGES, Texts
 from grader.execution.canary import prove
 from grader.sandbox import bubblewrap
+from grader.sandbox.leftovers import Leftovers
 from grader.sandbox.levels import IsolationError, Level, using
 
 
@@ -59,8 +61,12 @@ def _batch(options: argparse.Namespace, texts: Texts) -> int:
     for path in (options.path, options.out, options.expected):
         if path and bubblewrap.is_system(path.resolve()):
             raise BatchError("batch.seen", path=path)
+    level = Level(options.isolation)
+    if level is Level.PORTABLE:
+        _agree(options.yes, texts)
     if not options.scheduler:
-        _prove(Level(options.isolation), texts)
+        _prove(level, texts)
+    before = Leftovers()
     settings = Settings(
         texts.language,
         options.isolation,
@@ -81,7 +87,23 @@ def _batch(options: argparse.Namespace, texts: Texts) -> int:
         graded = _grade(readers, results, options, settings, texts)
         told = outputs.write_all(results, prepared, graded, texts)
     sys.stdout.write("".join(f"{line}\n" for line in told.lines))
+    if level is Level.PORTABLE and (left := before.files()):
+        named = {"count": len(left), "paths": some([str(each) for each in left])}
+        sys.stdout.write(f"{texts.say('batch.left', **named)}\n")
     return ExitCode.FAILED if told.failed else ExitCode.DONE
+
+
+def _agree(agreed: bool, texts: Texts) -> None:
+    """Say what is not protected, and have it agreed to. Raises BatchError."""
+    sys.stderr.write(f"{texts.say('batch.portable')}\n")
+    if agreed:
+        return
+    if not sys.stdin.isatty():
+        raise BatchError("batch.portable_flag")
+    sys.stderr.write(texts.say("batch.portable_ask"))
+    sys.stderr.flush()
+    if sys.stdin.readline().strip().casefold() not in ("oui", "yes"):
+        raise BatchError("batch.portable_no")
 
 
 def _course(path: Path) -> Course:
@@ -179,6 +201,7 @@ def _parser(texts: Texts) -> Parser:
     add("--scheduler", key="batch.scheduler", default="", metavar="ADDRESS")
     levels = [each.value for each in Level]
     add("--isolation", key="batch.isolation", choices=levels, default=Level.STRONG.value)
+    add("--yes", key="batch.yes", action="store_true")
     add("--again", key="batch.again", action="store_true")
     add("--names", key="batch.names", action="store_true")
     add("--gallery", key="batch.gallery", action="store_true")

@@ -2,7 +2,7 @@
 
 Run as `python -m grader.batch.pool_worker FD DIR`. Tasks come and bundles go by the
 connection of that descriptor. It ends with the process that started it, and leaves no process of a
-submission behind.
+submission behind, nor, where no sandbox keeps it from that, what is certainly its own.
 """
 
 from __future__ import annotations
@@ -17,6 +17,8 @@ from pathlib import Path
 
 from grader.batch.grade_one import BuildFolder, cpu_seconds, grade
 from grader.sandbox import orphans
+from grader.sandbox.leftovers import Leftovers
+from grader.sandbox.levels import Level
 
 LOOK_SECONDS = 0.5
 
@@ -33,8 +35,12 @@ def main() -> int:
         except EOFError:
             return 0
         start = cpu_seconds()
+        shut_in = Level(task.settings.isolation) is not Level.PORTABLE
+        left = None if shut_in else Leftovers()
         bundle = grade(task, place)
         orphans.sweep()  # buries the sandboxes, whose seconds count from then on
+        if left:
+            left.remove()
         connection.send(replace(bundle, cpu=cpu_seconds() - start))
 
 

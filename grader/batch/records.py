@@ -10,7 +10,10 @@ from typing import Any
 
 from grader.course.message import Message, UserError
 
-_WRONG_USE = {f"batch.{key}" for key in ("no_submissions", "not_moodle", "not_ours", "seen")}
+_WRONG_USE = {
+    *("batch.no_submissions", "batch.not_moodle", "batch.not_ours", "batch.seen"),
+    *("batch.portable_flag", "batch.portable_no"),
+}
 
 
 class BatchError(UserError):

@@ -38,7 +38,7 @@ def lay(top: Path, *names: str) -> Path:
 
 def batch(path: Path, out: Path) -> int:
     """Run the command here; what it builds is not shut in, since it is ours."""
-    words = [str(path), "--out", str(out), "--isolation", "portable", "--jobs", "1"]
+    words = [str(path), "--out", str(out), "--isolation", "portable", "--yes", "--jobs", "1"]
     return command.main([*words, "--lang", "fr"])
 
 
