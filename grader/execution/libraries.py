@@ -300,7 +300,8 @@ class Libraries:
         beside = Message("failure.beside") if sources - result.rejected.keys() else ""
         for name, log in result.rejected.items():
             errors = diagnostics.errors(log)
-            text = f"{errors[0].place}: {errors[0].message}" if errors else log[:200]
+            first = f"{errors[0].place}: {errors[0].message}" if errors else log[:200]
+            text = " ".join(first.split())
             values: dict[str, object] = {"file": name, "error": text, "beside": beside}
             why[name] = Message("failure.not_built", values)
         return why

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from grader.build import sanitizer_guard
+from grader.build import sanitizer_guard, target
 from grader.commands import main
 from grader.course.exercises import ROOT
 from grader.course.texts import LANGUAGES, Texts
@@ -31,6 +31,7 @@ from grader.sandbox.levels import Isolation, IsolationError, Level, best, using
 from grader.tests.sandbox.hostile import corpus
 from grader.tests.sandbox.hostile.corpus import Quick
 from grader.tests.support.shell import NOBODY
+from grader.tests.support.student import STUDENT_MAIN, main_c
 from grader.worker.syscalls import ARCHITECTURES
 
 Write = Callable[..., Path]
@@ -216,6 +217,56 @@ def test_an_off_switch_is_refused_with_a_sentence(submission: Write, cache: Path
     paste += "int P(__as, an_default_options)(void) { return 0; }\n"
     content = graded(submission(files={"extra.c": paste}), best().level, cache)
     assert "__asan_default_options" in content["build"]["log"]
+
+
+def test_a_long_list_of_names_hides_no_off_switch(submission: Write, cache: Path) -> None:
+    """More names than are read of a file: it is refused, whatever stands behind them."""
+    ten = "".join(f"N@(k##{digit}) " for digit in range(10))
+    names = f"#define N0(k) int {'A' * 60}##k;\n"
+    names += "".join(f"#define N{k + 1}(k) {ten.replace('@', str(k))}\n" for k in range(4))
+    assert target.SYMBOL_BYTES < 20_000 * 60
+    paste = "#define P(a, b) a##b\nint P(__as, an_default_options)(void);\n"
+    paste += "int P(__as, an_default_options)(void) { return 0; }\n"
+    many = f"{names}N4(_1) N4(_2)\n{paste}"
+    content = graded(submission(files={"extra.c": many}), best().level, cache)
+    assert content["build"]["rejected"].keys() == {"extra.c"}
+    assert "it defines too many names" in content["build"]["log"]
+    fewer = graded(submission(files={"extra.c": f"{names}N3(_1)\n"}), best().level, cache)
+    assert fewer["build"]["rejected"] == {}
+
+
+# What ends calls, the linker, the assembler and the sanitizers with a message, each in its way.
+SPEAKING = {
+    "fill_red": "extern void abort(void); abort();",
+    "fill": "extern void nowhere(void); nowhere();",
+    "horizontal_gradient": "((char *)img)[-1] = 1;",
+    "fill_rect": "extern int puts(const char *); puts(__FILE__ __BASE_FILE__); img[0].x = 1;",
+    "fill_circle": "__builtin_trap();",
+}
+BROKEN = {
+    "asm.c": '__asm__(".incbin \\"none\\"");',
+    "included.c": '#include "none.h"',
+    "pragma.c": '#pragma GCC dependency "none"',
+    "linked.c": "int fill_red(void) { return 0; }",
+}
+
+
+@pytest.mark.parametrize("level", list(Level))
+def test_no_place_of_the_machine_is_told(level: Level, tmp_path: Path, cache: Path) -> None:
+    """By any message, at any level: neither where things are built nor where they run."""
+    if level is Level.STRONG and best().level is not Level.STRONG:
+        pytest.skip("bubblewrap is missing")
+    folder = corpus.lay(tmp_path / "rendu", {"main.c": main_c({**STUDENT_MAIN, **SPEAKING})})
+    for name, text in BROKEN.items():
+        (folder / name).write_text(f"{text}\n", encoding="utf-8")
+    content = graded(folder, level, cache)
+    assert {each["outcome"] for each in content["checks"]} >= {"crashed"}
+    assert content["build"]["rejected"].keys() == {"asm.c", "included.c", "pragma.c"}
+    del content["submission"]["sources"]  # where the person's own files are
+    said = json.dumps(content)
+    assert "nowhere" in said
+    for place in (tempfile.gettempdir(), str(tmp_path), str(cache), str(ROOT), "/mrt/"):
+        assert place not in said
 
 
 def test_tools_are_bounded(tmp_path: Path) -> None:
