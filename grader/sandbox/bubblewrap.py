@@ -7,6 +7,7 @@ no /proc, no /etc but the loader's cache, no network, no other process. The uid 
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 from collections.abc import Iterator, Mapping, Sequence
@@ -56,7 +57,7 @@ def sandbox(
     folder
         Its working folder, inside.
     """
-    words = ["bwrap", *_namespaces(), *_system()]
+    words = [_program(), *_namespaces(), *_system()]
     words += _way_to([*(inside for _, inside in readable), *writable])
     for outside, inside in readable:
         words += ["--ro-bind", outside, inside]
@@ -66,6 +67,11 @@ def sandbox(
     for name, value in environment.items():
         words += ["--setenv", name, value]
     return [*words, "--", *drop(), *command]
+
+
+def _program() -> str:
+    """Return bubblewrap where it was found: its own environment may have another PATH."""
+    return shutil.which("bwrap") or "bwrap"
 
 
 def _way_to(paths: Sequence[str]) -> list[str]:
@@ -94,7 +100,7 @@ def _namespaces() -> Iterator[str]:
 @cache
 def _help() -> str:
     done = subprocess.run(
-        ["bwrap", "--help"],
+        [_program(), "--help"],
         stdin=subprocess.DEVNULL,
         capture_output=True,
         text=True,

@@ -215,10 +215,11 @@ def _line(
 
 def _limits() -> list[str]:
     """Return what, before a command, bounds its time, memory and files; nothing on macOS."""
-    if not sys.platform.startswith("linux") or shutil.which("prlimit") is None:
+    program = shutil.which("prlimit")
+    if not sys.platform.startswith("linux") or program is None:
         return []
     limits = [f"--cpu={CPU_SECONDS}:{CPU_SECONDS + 1}", f"--as={MEMORY_BYTES}"]
-    return ["prlimit", *limits, f"--fsize={FILE_BYTES}", "--core=0", "--"]
+    return [program, *limits, f"--fsize={FILE_BYTES}", "--core=0", "--"]
 
 
 def _beginning(file: IO[bytes], most: int) -> str:

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import re
+import sys
 from pathlib import Path
 
 import pytest
 
 from grader.console.parser import UsageError
+from grader.console.run import ExitCode
 from grader.course import exercises as manifest
 from grader.course import settings
 from grader.course.texts import LANGUAGES, Texts
+from grader.evaluation.records import PytestError
 from grader.evaluation.selection import choose
 from grader.tests.support.judging import judge, solution
 
@@ -134,6 +137,19 @@ def test_what_is_not_open_is_chosen_by_its_tp(monkeypatch: pytest.MonkeyPatch) -
         choose(RULES, None, "reflectance")
     assert (caught.value.key, caught.value.values["tp"]) == ("usage.other_tp", 5)
     assert choose(RULES, 5, "reflectance") == whole("TP5.1")
+
+
+def test_a_pytest_that_cannot_start_is_told(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In its own words, as a fault of the machine: not as a wrong choice of checks."""
+
+    def failing(*_: object, **__: object) -> int:
+        sys.stderr.write("no module named x")
+        return int(pytest.ExitCode.USAGE_ERROR)
+
+    monkeypatch.setattr(pytest, "main", failing)
+    with pytest.raises(PytestError, match="no module named x") as caught:
+        judge(solution(), cache, 1, chosen=["tp1.fill_red.every_pixel"])
+    assert caught.value.code == ExitCode.FAILED
 
 
 @pytest.mark.parametrize("name", ["PYTEST_ADDOPTS", "PYTEST_PLUGINS"])

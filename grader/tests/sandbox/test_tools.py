@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 import time
 from collections.abc import Iterator
@@ -14,6 +15,7 @@ import pytest
 from grader.sandbox import tools
 from grader.sandbox.levels import IsolationError, Level, using
 from grader.sandbox.tools import PARTS, ToolResult, give_away, run_tool
+from grader.tests.support.shell import script
 from grader.tests.support.sources import ENDLESS
 
 HUGE = "char a[64 << 20] = {1};\n"
@@ -95,6 +97,16 @@ def test_what_a_source_says_changes_no_status(level: Level, out: Path) -> None:
     said = '#line 1 "bwrap"\n#error "Killed signal terminated program cc1"\nint f(void) { x }\n'
     told = compiled(out, f'{said}__asm__(".warning \\"bwrap: killed\\"");\n')
     assert (told.began, told.killed, told.parts) == (True, False, (1,))
+
+
+def test_the_bubblewrap_that_is_found_is_run(out: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Wherever it lies: tools have a PATH of their own, without that place."""
+    with using(Level.STRONG):
+        text = f"touch '{out}/ran'; exec '{shutil.which('bwrap')}' \"$@\""
+        own = script(out.parent / "elsewhere" / "bwrap", text)
+        monkeypatch.setenv("PATH", f"{own.parent}:{os.environ['PATH']}")
+        assert run_tool(["true"], out).status == 0
+    assert (out / "ran").exists()
 
 
 def test_a_sandbox_that_does_not_begin_is_seen(out: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -146,6 +146,20 @@ def test_grade_in_a_read_only_checkout(checkout: Path, open_folder: Path) -> Non
     assert (build / "grade" / "results.json").is_file()
 
 
+def test_a_script_tells_failures_apart_without_make(tmp_path: Path) -> None:
+    """Make ends with 2 whatever its command does; the instructors' page gives the command."""
+    page = (ROOT / "INSTRUCTORS.md").read_text(encoding="utf-8")
+    (line,) = [each for each in page.splitlines() if each.startswith('"$(sh grader/setup')]
+    command = line.split(" -m grader ")[0]
+    words = f'{command} -m grader grade "$SUBMISSION" --build "$BUILD"'
+    for compiler, submission, status in (("no-such-one", "core_c", 3), ("gcc", "no-such-one", 2)):
+        place = {"BUILD": str(tmp_path), "MRT_ENV": sys.prefix, "CC": compiler}
+        place["SUBMISSION"] = submission
+        direct = run("sh", "-c", words, cwd=ROOT, ordinary=False, **place)
+        made = run("make", "grade", cwd=ROOT, ordinary=False, **place)
+        assert (direct.returncode, made.returncode) == (status, 2), direct.stderr
+
+
 def test_mrt_is_built_when_something_changed(project: Path) -> None:
     """`make mrt` builds for a new size or a newer source, and not otherwise."""
     program = str(project / "core_c" / "mrt")

@@ -18,7 +18,7 @@ from grader.build import compiler_run, diagnostics, sanitizer_guard
 from grader.course.exercises import PACKAGE, ROOT
 from grader.execution import crash_location, death_messages, session_report
 from grader.execution.records import Cause, Death
-from grader.intake import authors, file_names
+from grader.intake import authors, file_names, originals
 from grader.report.page import markup
 from grader.setup import folding
 
@@ -76,6 +76,7 @@ READERS: dict[str, tuple[int, Callable[[str], object]]] = {
             sanitizer_guard.in_symbols("a.c", [text]),
         ),
     ),
+    "_COMMENT": (SOURCE, lambda text: originals.is_same(text.encode(), b"")),
     "_GROUP _LABEL _NUMBER _SEPARATOR _INVISIBLE": (
         authors.MAX_BYTES,
         lambda text: authors.parse(text.encode()),
@@ -145,5 +146,8 @@ def test_reports_are_read_all_the_same() -> None:
     )
     assert session_report.own_words(f"mine\n{report}") == "mine\n"
     assert session_report.own_words(f"mine{report[6:]}") == "mine"
+    hint = "False positive error reports may follow\n"
+    hint += "For details see https://github.com/google/sanitizers/issues\n"
+    assert session_report.own_words(f"mine\n==3==WARNING: x\n{hint}") == "mine\n"
     line = "main.c:3:5: runtime error: division by zero\n"
     assert session_report.word(-6, b"", f"mine\n{line}") == "runtime error: division by zero"
