@@ -39,6 +39,8 @@
  * Conventions: lengths in scene units; colours in [0, 1] but for lights, whose sum may exceed 1;
  * "unit" is a vector of norm 1. Pointers are never NULL unless it is said. No function may give a NaN
  * (a "not a number", as 0.f / 0.f) for the arguments allowed here.
+ * Your functions compute, and may print with printf. Where they are judged they can start no thread and no other
+ * program, open no file, reach no network, and wait for nothing: such a call fails.
  * "Check" is the command that judges the function; K= takes an exercise (K=TP2.3) or a function.
  */
 #ifndef EXERCISES_H

@@ -55,14 +55,14 @@ def in_language(path: str, text: str, language: str) -> str:
         own = plain(found[0])
         met.add(own)
         if own not in known:
-            raise _problem("untranslated", path, language, own)
+            raise _problem("release.untranslated", path, language, own)
         column = found.start() - text.rfind("\n", 0, found.start()) - 1
         return _dressed(found[0], known[own], column)
 
     result = _pattern(path).sub(replaced, text)
     for own in known:
         if own not in met:
-            raise _problem("stale_comment", path, language, own)
+            raise _problem("release.stale_comment", path, language, own)
     return result
 
 
@@ -119,4 +119,4 @@ def _pattern(path: str) -> re.Pattern[str]:
 
 def _problem(key: str, path: str, language: str, own: str) -> TranslationError:
     text = own.split("\n", 1)[0]
-    return TranslationError(f"release.{key}", path=path, language=language, text=text)
+    return TranslationError(key, path=path, language=language, text=text)

@@ -16,7 +16,8 @@ from grader.build.toolchain import Compiler
 from grader.course import exercises
 from grader.files import content_key, write_whole
 
-SOURCES = ("headers.py", "shim/watch.c", "shim/paint.c")  # of what is derived, beside the headers
+# Of what is derived, beside the headers.
+SOURCES = ("headers.py", "shim/watch.c", "shim/acts.c", "shim/paint.c")
 
 
 def declared(

@@ -12,7 +12,8 @@ The shim is compiled into the library. It holds
 - `mrt_layout`, sizeof and offsetof of every struct, compared with cffi's when the library is
   loaded;
 - `mrt_constants`, the values of the headers' `#define`s and enumerators;
-- `mrt_watch` of watch.c, which notes where the code is when a signal comes.
+- `mrt_watch` of watch.c, which notes where the code is when a signal comes;
+- what stands before some functions of the C library (acts.c), to note what isolation refuses.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ from grader.build.records import BindError, Binding, Function, Parameter
 from grader.sandbox import surroundings
 
 SHIM = Path(__file__).with_name("shim")
-PARTS = ("watch.c", "paint.c")
+PARTS = ("watch.c", "acts.c", "paint.c")
 HEADER = "exercises.h"  # the map: it includes every other header of the core
 PREPROCESS_SECONDS = 20
 

@@ -25,7 +25,7 @@ from grader.course import exercises, sizes
 from grader.course.message import Message
 from grader.execution import death_messages
 from grader.execution.libraries import LibrarySet
-from grader.execution.records import OUT_OF_TIME, Death
+from grader.execution.records import OUT_OF_TIME, Act, Death
 from grader.execution.session import Address, Died, Library, Limits, Session
 
 # With what checks need of compare.py.
@@ -63,6 +63,7 @@ class Student:
         self.todo: frozenset[str] = frozenset()
         self.output = ""  # what was printed in the first session that printed something
         self.remarks: list[Message] = []  # what to tell besides, whatever the outcome
+        self.acts: list[Act] = []  # what isolation may refuse, in the first session that tried it
         self.observations = Observations()  # what was wrong in the answers
 
     def anew(self) -> Student:
@@ -196,6 +197,7 @@ class Student:
             finally:
                 self.todo |= session.todo()
                 self.output = self.output or session.output()
+                self.acts = self.acts or session.acts()
 
     def _loaded(self, stack: contextlib.ExitStack, core: Library, limits: Limits) -> Session:
         """Start a session. Raises Died; at once when loading has run out of time before."""

@@ -10,6 +10,7 @@ import io
 import os
 import time
 from collections.abc import Collection, Generator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -21,7 +22,7 @@ from grader.course import exercises, settings
 from grader.course.exercises import PACKAGE, Manifest
 from grader.course.texts import Texts, preferred
 from grader.evaluation.grading import grade
-from grader.evaluation.outcomes import outcome_of, was_killed
+from grader.evaluation.outcomes import outcome_of, remarks_on, told_with_acts, was_killed
 from grader.evaluation.prefetch import Prefetch, RunResult
 from grader.evaluation.records import Finding, Outcome, PytestError
 from grader.execution.libraries import Libraries
@@ -257,18 +258,23 @@ def _check_id(item: pytest.Item) -> str:
 def _finding(item: pytest.Item, error: BaseException | None, seconds: float) -> Finding:
     student = item.stash.get(_STUDENT, None)
     outcome, message, location = outcome_of(error)
+    acts = student.acts if student else []
+    evidence = error.evidence if isinstance(error, (Wrong, CallDied)) else Evidence()
+    told, location = told_with_acts(outcome, message, location, acts)
+    if told is not None and told is not message and not told.then:
+        evidence = replace(evidence, spots=())  # the worst pixel has nothing to add
     document = getattr(getattr(item, "function", None), "__doc__", None) or item.name
     return Finding(
         check=_check_id(item),
         title=document.strip().splitlines()[0],
         outcome=outcome,
-        message=message,
+        message=told,
         location=location,
         todo=student.todo if student else frozenset(),
         output=student.output[:MAX_OUTPUT] if student and outcome in _PRINTING else "",
         seconds=seconds,
-        evidence=error.evidence if isinstance(error, (Wrong, CallDied)) else Evidence(),
-        remarks=tuple(student.remarks) if student else (),
+        evidence=evidence,
+        remarks=(*student.remarks, *remarks_on(acts)) if student else (),
         pictures=tuple(student.observations.pictures) if student else (),
         candidates=tuple(student.observations.candidates) if student else (),
         observations=student.observations.parts if student else {},

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from grader.course import exercises
+from grader.execution.records import Act
 from grader.sandbox.tools import OUT_OF_TIME, run_tool
 from grader.worker import frames
 
@@ -50,6 +51,18 @@ def from_page(library: str, page: bytes) -> list[CrashLocation]:
     # A caller's address is the one to which it will be returned: its line is just before.
     addresses = [pc, *(each - 1 for each in callers)]
     return locate(library, [each - base for each in addresses])
+
+
+def acts(library: str, page: bytes) -> list[Act]:
+    """Return what was tried that isolation may refuse: the first that it did, and did not."""
+    base = frames.TRACE.unpack_from(page, frames.TRACE_OFFSET)[0]
+    noted = frames.ACTS.unpack_from(page, frames.ACTS_OFFSET)
+    found = []
+    for kind, address, worked in ((noted[1], noted[0], False), (noted[4], noted[3], True)):
+        if 0 < kind < len(frames.KINDS):
+            place = next(iter(locate(library, [address - 1 - base])), CrashLocation("", ""))
+            found.append(Act(frames.KINDS[kind], worked, place.function, place.location))
+    return found
 
 
 def fault(page: bytes) -> str:

@@ -21,6 +21,16 @@ class Cause(str, Enum):
     KILLED = "killed"  # by SIGKILL, which nothing of ours sent: by itself, or from outside
 
 
+@dataclass(frozen=True)
+class Act:
+    """Something that isolation may refuse: "thread", "process", "file" or "network", and where."""
+
+    kind: str
+    worked: bool
+    function: str = ""
+    location: str = ""  # "file:line"
+
+
 OUT_OF_TIME = (Cause.TIMEOUT, Cause.WAITING, Cause.SPENT)
 
 

@@ -51,9 +51,10 @@ import numpy as np
 from grader.build.builder import BuildError, build
 from grader.build.records import BuildResult, BuildStatus, Target
 from grader.course.exercises import ROOT
+from grader.execution.crash_location import acts
 from grader.execution.dtypes import Types, first, pack, unpack
 from grader.execution.marshalling import Address, Array, Reply, packed, unpacked
-from grader.execution.records import Death
+from grader.execution.records import Act, Death
 from grader.execution.worker_process import (
     Died,
     Limits,
@@ -65,6 +66,7 @@ from grader.execution.worker_process import (
 )
 from grader.files import write_whole
 from grader.intake.submission import read_submission
+from grader.worker import frames
 
 # With what callers need of the modules below.
 __all__ = [
@@ -176,8 +178,12 @@ class Session:
 
     def todo(self) -> frozenset[str]:
         """Return the ids of the exercises whose MRT_TODO was met, such as "TP2.4"."""
-        marks = self._channel.marks()
+        marks = self._channel.page()[: frames.TODO_BYTES]
         return frozenset(_exercise(k) for k, mark in enumerate(marks) if mark)
+
+    def acts(self) -> list[Act]:
+        """Return the first act that isolation has refused, and the first that it has not."""
+        return acts(self._core.library.library, self._channel.page())
 
     def output(self) -> str:
         """Return the beginning of what the code has printed, without control characters."""

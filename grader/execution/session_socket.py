@@ -215,10 +215,6 @@ class SessionSocket:
         os.preadv(self._files[2].fileno(), [answer], place)
         return answer
 
-    def marks(self) -> bytes:
-        """Return the page of MRT_TODO markers, one byte each, even after a crash."""
-        return self._page()[: frames.TODO_BYTES]
-
     def output(self) -> str:
         """Return the beginning of what the code wrote on stdout, then stderr.
 
@@ -255,7 +251,8 @@ class SessionSocket:
         data = os.pread(self._files[number].fileno(), MAX_TEXT, 0)
         return printable(data.decode(errors="replace"))
 
-    def _page(self) -> bytes:
+    def page(self) -> bytes:
+        """Return the page that the process shares with us, even after a crash."""
         # Read, not mapped: the code may have shortened the file, which would kill who maps it.
         page = os.pread(self._files[2].fileno(), frames.PAGE_BYTES, 0)
         return page.ljust(frames.PAGE_BYTES, b"\0")
@@ -273,7 +270,7 @@ class SessionSocket:
             return self._death or Death(Cause.EXIT)
 
     def _explain(self, status: int, cpu: float, cause: Cause) -> Death:
-        page, text = self._page(), self._written(1) + self._written(0)
+        page, text = self.page(), self._written(1) + self._written(0)
         (case,) = frames.COUNTER.unpack_from(page, frames.TODO_BYTES)
         code = os.waitstatus_to_exitcode(status)
         # Code that ignores the first signal is killed by the kernel a second later.

@@ -30,7 +30,8 @@ library lacks: "missing: NAME"); stray (the code wrote just before a table); uns
 bool that is neither true nor false); memory (none is left); unloadable.
 
 The page is memory shared with the session's process, which a crash leaves as it is: MRT_TODO's
-markers, the number of the call that runs, and where the code was when a signal came (watch.c).
+markers, the number of the call that runs, where the code was when a signal came (watch.c), and what
+it has tried that isolation may refuse (acts.c).
 Behind it is room: a request with "room" has that many of its bytes there instead, and so has its
 answer, behind them (shared.py).
 """
@@ -52,7 +53,11 @@ FRAMES = 32
 # The library's address, the instruction, the top of the stack, the address that could not be used,
 # signal, count, callers: see watch.c.
 TRACE = struct.Struct(f"=QQQQII{FRAMES}Q")
-PAGE_BYTES = TRACE_OFFSET + TRACE.size
+# The first act that was refused, and the first that worked: from where, and its kind.
+ACTS = struct.Struct("=QIIQII")
+ACTS_OFFSET = TRACE_OFFSET + TRACE.size
+KINDS = ("", "thread", "process", "file", "network")
+PAGE_BYTES = ACTS_OFFSET + ACTS.size
 ROOM_OFFSET, ROOM_BYTES = 4096, 32 << 20  # for two pictures of 1280x720
 SHARED_BYTES = ROOM_OFFSET + ROOM_BYTES
 LARGE_BYTES = 1 << 15  # from here on, it is worth it

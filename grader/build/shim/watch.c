@@ -19,6 +19,13 @@
 #define MRT_FRAMES 32
 #define MRT_STACK_BYTES 65536
 
+/* An act that isolation may refuse (acts.c): its kind, 0 for none, and from where it was done. */
+typedef struct {
+    uint64_t from;
+    uint32_t kind;
+    uint32_t unused;
+} mrt_act;
+
 /* The same layout as in worker/frames.py. */
 typedef struct {
     uint64_t base;    /* where the library is */
@@ -28,6 +35,8 @@ typedef struct {
     uint32_t signal;  /* 0 as long as all is well */
     uint32_t count;   /* of frames */
     uint64_t frames[MRT_FRAMES];
+    mrt_act refused; /* the first that was */
+    mrt_act worked;  /* the first that was not */
 } mrt_trace;
 
 static mrt_trace *volatile trace;

@@ -3,8 +3,8 @@
 `submissions/NAME.toml` describes one, as changes to a right TP1 (see student.py):
 `bodies` of functions, `files` put beside, `absent` files, `given` files copied beside, texts to
 `replace` and how files are to be `encode`d; then what is expected: the files that are `lost`, the
-functions `missing` or `crashed`, one `outcome` for all, what the report `says` (or `never` does),
-and in English.
+functions `missing`, `failed` or `crashed`, one `outcome` for all, what the report `says`
+(or `never` does), and in English.
 """
 
 from __future__ import annotations
@@ -28,10 +28,18 @@ NAMES = sorted(path.stem for path in FOLDER.glob("*.toml"))
 # A name that is taken, words of another encoding, a file that is not there, one that is in error...
 SAMPLE = (
     *("bom", "broken_header", "changed_signature", "cxx", "everything_broken", "macro_attack"),
-    *("missing_file", "missing_function", "missing_semicolon", "taken_name", "utf16", "warnings"),
+    *(
+        "missing_file",
+        "missing_function",
+        "missing_semicolon",
+        "refused_acts",
+        "taken_name",
+        "utf16",
+    ),
+    *("warnings",),
 )
 KEYS = {"about", "bodies", "files", "absent", "given", "replace", "encode"}
-KEYS |= {"lost", "missing", "crashed", "outcome", "says", "says_en", "never"}
+KEYS |= {"lost", "missing", "failed", "crashed", "outcome", "says", "says_en", "never"}
 
 Write = Callable[..., Path]
 
@@ -67,7 +75,8 @@ def expected(case: dict[str, Any]) -> dict[str, str]:
     outcomes: dict[str, str] = {}
     for exercise in exercises.load().exercises:
         wrong = exercise.file in case.get("lost", ())
-        wrong = wrong or exercise.functions[0] in case.get("missing", ())
+        failed = (*case.get("missing", ()), *case.get("failed", ()))
+        wrong = wrong or exercise.functions[0] in failed
         outcome = case.get("outcome", "failed" if wrong else "passed")
         outcome = "crashed" if exercise.functions[0] in case.get("crashed", ()) else outcome
         outcomes |= {check.id: outcome for check in exercise.checks if exercise.tp == 1}

@@ -306,7 +306,7 @@ def test_every_sentence_is_asked_for_somewhere() -> None:
     sections += "|ask|thing|part|feature|heading|why|class|replay"
     built = re.compile(
         rf"({sections})\.|failure\.(missed|touched|wrong)_pixel|(page|oral)\.(alt|role)_"
-        r"|picture\.(channels|shifted|all|lit|missing|recolored)_|submission\.nothing_in_"
+        r"|picture\.(channels|shifted|all|lit|missing|recolored)_|submission\.nothing_in_|note\.worked_"
     )
     unused = {key for key in sentences("en") if key not in asked and not built.match(key)}
     assert unused == set()
