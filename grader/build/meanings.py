@@ -64,6 +64,18 @@ _WARNINGS = {
     "logical-not-parentheses": "advice.not",
     "array-bounds": "advice.bounds",
     **dict.fromkeys(("div-by-zero", "division-by-zero"), "advice.zero"),
+    **dict.fromkeys(("return-local-addr", "return-stack-address"), "advice.local_address"),
+    **dict.fromkeys(
+        ("discarded-qualifiers", "incompatible-pointer-types-discards-qualifiers"), "advice.const"
+    ),
+    **dict.fromkeys(("incompatible-pointer-types", "int-conversion"), "advice.wrong_type"),
+    **dict.fromkeys(("sequence-point", "unsequenced"), "advice.sequence"),
+    **dict.fromkeys(("overflow", "constant-conversion"), "advice.overflow"),
+    "dangling-else": "advice.dangling_else",
+    "infinite-recursion": "advice.endless",
+    "format": "advice.format",
+    "use-after-free": "advice.freed",
+    "implicit-fallthrough": "advice.fallthrough",
 }
 # Those whose option says too little, by their words.
 _WORDS = (

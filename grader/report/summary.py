@@ -55,13 +55,13 @@ class Summary:
         beside = self.texts.say("failure.beside") if others else ""
         return self.texts.say("report.not_compiled", name=name, beside=beside)
 
-    def pointed_out(self) -> list[str]:
-        """Return the compiler's warnings, a line each: what they mean, else as it wrote them."""
+    def pointed_out(self) -> tuple[list[str], int]:
+        """Return the compiler's warnings that have a meaning, a line each; how many others."""
         build = self.content["build"]
         advice = list(build.get("advice", ()))
         told = {_place(each) for each in advice}
         heads = [each.splitlines()[0] for each in build["warnings"]]
-        return advice + [each for each in heads if _place(each) not in told]
+        return advice, sum(_place(each) not in told for each in heads)
 
     def notes(self) -> Iterator[str]:
         """Yield the notes of the checks, the same words once for all their exercises."""

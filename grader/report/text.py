@@ -83,13 +83,21 @@ class View:
             yield "", ""
             yield say("report.not_built"), "yellow"
             yield from ((f"  {line}", "") for line in build["log"].splitlines()[:MAX_WARNINGS])
-        pointed = self.summary.pointed_out()
-        if pointed:
+        yield from self._warnings()
+
+    def _warnings(self) -> Iterator[Line]:
+        """Yield the warnings that are an answer; the others are on the page, in their own words."""
+        pointed, others = self.summary.pointed_out()
+        if pointed or others:
             yield "", ""
-            yield say("report.warnings"), ""
+            yield self.texts.say("report.warnings"), ""
             yield from ((f"  {line}", "") for line in pointed[:MAX_WARNINGS])
-        if len(pointed) > MAX_WARNINGS:
-            yield "  " + say("report.more", count=len(pointed) - MAX_WARNINGS, path=self.path), ""
+        for key, count in (
+            ("report.more", len(pointed) - MAX_WARNINGS),
+            ("report.other_warnings", others),
+        ):
+            if count > 0:
+                yield "  " + self.texts.say(key, count=count, path=self.path), ""
 
     def _errors(self, errors: list[Row]) -> Iterator[Line]:
         for each in errors[:MAX_ERRORS]:

@@ -48,6 +48,7 @@ def told(messages: list[Message]) -> list[tuple[str, object]]:
 
 # Each is one line of a function that begins as HEAD does, or declarations and such a function.
 HEAD = '#include "exercises.h"\nint f(int a, vec3 v);\nint f(int a, vec3 v) {\n'
+SYSTEM = "#include <stdlib.h>\n#include <stdio.h>"
 WARNED = {
     "int k; k = a;": ("set_only", "k"),
     "int k;": ("unused_variable", "k"),
@@ -64,8 +65,18 @@ WARNED = {
     "return (a & 1) == (a & 1 == 0);": ("precedence", None),
     "if (!a == 2) return 1;": ("not", None),
     "int k; return k;": ("unset", "k"),
+    "const int *q = &a; int *s = q; a = *s;": ("const", None),
+    "float *p = &v; a = p[0] > 1.f;": ("wrong_type", None),
+    "a = a++ + 1;": ("sequence", "a"),
+    "char k = 300; a = k;": ("overflow", None),
+    "if (a) if (a > 2) a = 3; else a = 4;": ("dangling_else", None),
+    'printf("%d", v.x);': ("format", None),
+    "return f(a - 1, v) + 1;": ("endless", None),
+    "int *p = malloc(4); free(p); return *p;": ("freed", "p"),
+    "switch (a) { case 1: a = 2; case 2: a = 3; }": ("fallthrough", None),
 }
-NOT_BY_CLANG = ("always", "indentation", "chained")
+# These are of gcc's optimiser, or of other options.
+NOT_BY_CLANG = ("always", "indentation", "chained", "freed", "fallthrough")
 CASES = [(line, each) for line in WARNED for each in COMPILERS]
 
 
@@ -76,13 +87,23 @@ CASES = [(line, each) for line in WARNED for each in COMPILERS]
 def test_a_warning_that_is_the_answer_is_told(line: str, compiler: str, tmp_path: Path) -> None:
     """One sentence, with the place, the name and, from gcc, the function; in both languages."""
     ends = "" if "return k" in line or "return 0" in line else " return a;"
-    source = f"{HEAD}    {line}{ends} }}\n".replace("#include", "#include <stdlib.h>\n#include", 1)
+    source = f"{HEAD}    {line}{ends} }}\n".replace("#include", f"{SYSTEM}\n#include", 1)
     found = diagnostics.advice(said(source, compiler, tmp_path))
     key, name = WARNED[line]
     (message,) = [each for each in found if each.key == f"advice.{key}"]
     assert name is None or message.values["name"] == name
+    # A function without end is told at its head.
+    place = f"raytracer.c:{5 if key == 'endless' else 6}"
     for language in LANGUAGES:
-        assert Texts(language).say(message.key, **message.values).startswith("raytracer.c:5")
+        assert Texts(language).say(message.key, **message.values).startswith(place)
+
+
+@pytest.mark.parametrize("compiler", COMPILERS)
+def test_a_local_variables_address_is_told(compiler: str, tmp_path: Path) -> None:
+    """It is no more when the function has returned."""
+    text = said("int *f(int a);\nint *f(int a) {\n    return &a;\n}\n", compiler, tmp_path)
+    (message,) = diagnostics.advice(text)
+    assert (message.key, message.values["place"]) == ("advice.local_address", "raytracer.c:3")
 
 
 @pytest.mark.parametrize("compiler", COMPILERS)

@@ -446,25 +446,36 @@ def test_a_file_that_does_not_compile_shows_its_first_errors() -> None:
     assert "Prochaine étape : faire compiler main.c. Puis : make grade" in lines
 
 
-def test_warnings_are_listed_by_their_first_line() -> None:
-    """A handful of them."""
-    warnings = [f"main.c:{k}: warning: w\n  {k} | x" for k in range(10)]
+def test_only_warnings_that_have_a_meaning_are_listed() -> None:
+    """A handful of them; of the others, which are in the compiler's English, their number."""
+    warnings = [f"main.c:{k}: warning: w\n  {k} | x" for k in range(13)]
+    advice = [f"main.c:{k} : la variable x ne sert jamais (f)." for k in range(10)]
     build = {"ok": True, "errors": [], "rejected": {}, "log": "", "warnings": warnings}
+    build |= {"advice": advice}
     lines = shown(content((exercise(1, "passed", 4), [check(1, "passed")]), build=build))
-    assert "  main.c:4: warning: w" in lines
-    assert "  ... et 2 de plus dans build/grade/report.html" in lines
-    assert not any("| x" in line for line in lines)
+    first = lines.index("Le compilateur signale (sans effet sur les points) :") + 1
+    assert lines[first : first + 11] == [
+        *(f"  {each}" for each in advice[:8]),
+        "  ... et 2 de plus dans build/grade/report.html",
+        "  (autres messages du compilateur : 3, dans build/grade/report.html)",
+        "",
+    ]
+    assert not any("warning: w" in line for line in lines)
 
 
 def test_what_a_warning_means_stands_in_its_place() -> None:
-    """The sentence instead of the compiler's line; a warning without one comes behind."""
+    """The sentence instead of the compiler's line; one without stands on the page alone."""
     warnings = [f"main.c:{k}: warning: w\n  {k} | x" for k in range(2)]
     advice = ["main.c:1 : la variable x ne sert jamais (f)."]
     build = {"ok": True, "errors": [], "rejected": {}, "log": "", "warnings": warnings}
     build |= {"advice": advice}
     lines = shown(content((exercise(1, "passed", 4), [check(1, "passed")]), build=build))
     first = lines.index("Le compilateur signale (sans effet sur les points) :") + 1
-    assert lines[first : first + 3] == [f"  {advice[0]}", "  main.c:0: warning: w", ""]
+    assert lines[first : first + 3] == [
+        f"  {advice[0]}",
+        "  (autres messages du compilateur : 1, dans build/grade/report.html)",
+        "",
+    ]
 
 
 def test_what_waits_makes_the_total_a_lower_bound() -> None:
