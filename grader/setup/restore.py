@@ -15,6 +15,7 @@ import zipfile
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
+from grader.setup import c_text
 from grader.setup.folding import put
 from grader.setup.release_record import ORIGINALS, HandoutError
 from grader.setup.sentences import in_language, tell
@@ -30,10 +31,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     words = list(sys.argv[1:] if arguments is None else arguments)
     try:
         handed_out = given(ROOT)
-        missing, changed = faults(ROOT, handed_out)
         if words == ["--check"]:
+            missing, changed = faults(ROOT, handed_out, comments=False)
             _name(missing, changed)
             return 1 if missing else 0
+        missing, changed = faults(ROOT, handed_out)
         backup = put_back(ROOT, handed_out, missing, changed)
         put("\n".join(_told(missing, changed, backup)), sys.stdout)
     except HandoutError as error:
@@ -59,8 +61,13 @@ def given(root: Path) -> dict[str, bytes]:
         ) from error
 
 
-def faults(root: Path, handed_out: Mapping[str, bytes]) -> tuple[list[str], list[str]]:
-    """Return the names of the given files that are not there, and of those that are otherwise."""
+def faults(
+    root: Path, handed_out: Mapping[str, bytes], comments: bool = True
+) -> tuple[list[str], list[str]]:
+    """Return the names of the given files that are not there, and of those that are otherwise.
+
+    Without comments only their code counts, as for a mark.
+    """
     missing, changed = [], []
     for name, original in handed_out.items():
         try:
@@ -70,14 +77,15 @@ def faults(root: Path, handed_out: Mapping[str, bytes]) -> tuple[list[str], list
         except OSError:
             changed.append(name)
         else:
-            if _plain(content) != _plain(original):
+            if _plain(content, comments) != _plain(original, comments):
                 changed.append(name)
     return missing, changed
 
 
-def _plain(content: bytes) -> bytes:
+def _plain(content: bytes, comments: bool) -> str:
     """Return a content however an editor or git ends its lines."""
-    return content.removeprefix(b"\xef\xbb\xbf").replace(b"\r\n", b"\n").strip()
+    text = content.removeprefix(b"\xef\xbb\xbf").replace(b"\r\n", b"\n").decode("latin-1")
+    return (text if comments else c_text.without_comments(text)).strip()
 
 
 def _name(missing: Sequence[str], changed: Sequence[str]) -> None:

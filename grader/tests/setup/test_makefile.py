@@ -203,8 +203,13 @@ def test_mrt_refuses_wrong_settings(project: Path, setting: str, message: str) -
 
 
 def test_mrt_names_a_given_file_that_is_not_as_given(project: Path) -> None:
-    """With the command that puts it back; what is missing stops the build, what was changed not."""
+    """With the command that puts it back; what is missing stops the build, what was changed not.
+
+    A comment is no change, as it is none for a mark.
+    """
     core = project / "core_c"
+    (core / "scene.c").write_text(f"/* à moi */ {SOURCES['scene.c']}", encoding="utf-8")
+    assert run("make", "mrt", cwd=project).stderr == ""
     (core / "scene.c").write_text("int mine;\n", encoding="utf-8")
     done = run("make", "mrt", cwd=project, MRT_LANG="en")
     assert done.returncode == 0
