@@ -19,6 +19,7 @@ from grader.lab.cells.check import Judged, shown
 from grader.report import page
 from grader.report.results import as_json
 from grader.report.text import View
+from grader.tests.support.sampling import sampled
 
 RULES = exercises.load()
 TEXTS = Texts("fr")
@@ -51,6 +52,9 @@ SLIPS: Mapping[str, tuple[str, str, str]] = {
     "a constant": ("TP4.3", "color k = it->mat.ks;", "color k = vector_init(.5f, .5f, .5f);"),
 }
 
+# One of each kind, for `make test`.
+SHOWN = ("rows for columns", "no first value", "endless", "crash", "sum dropped", "no return")
+
 
 def judged(exercise: str, files: Mapping[str, str], cache: Path) -> Report:
     """Judge a program on the checks of the exercise's TP, as in a student's copy."""
@@ -81,7 +85,7 @@ def assert_told(exercise: str, report: Report) -> None:
     assert first.message in shown(Judged(result, own)).text
 
 
-@pytest.mark.parametrize("slip", SLIPS)
+@pytest.mark.parametrize("slip", sampled(SLIPS, SHOWN))
 def test_a_slip_is_shown_though_all_that_follows_is_a_stub(slip: str, cache: Path) -> None:
     """Who has just written a function sees what is wrong in it, there and nowhere else."""
     exercise, right, wrong = SLIPS[slip]
