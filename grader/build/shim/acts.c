@@ -42,7 +42,7 @@ MRT_ACT int pthread_create(pthread_t *thread, const pthread_attr_t *attributes, 
     return error;
 }
 
-#ifdef __linux__
+#if __has_include(<threads.h>)
 #include <threads.h>
 MRT_ACT int thrd_create(thrd_t *thread, thrd_start_t start, void *data) {
     int error = MRT_REAL(thrd_create)(thread, start, data);
