@@ -38,8 +38,7 @@ _CAUSES = {
 }
 GRACE_SECONDS = 1  # between the end of a session's socket and the end of its process
 
-# Ends the session's process after so many seconds, having it note where it is first if so asked;
-# returns its wait status and CPU seconds.
+# Ends its process after so many seconds, first noting where it is if so asked: status, CPU seconds.
 Reap = Callable[[float, bool], tuple[int, float]]
 Release = Callable[[float], None]  # lets it end by itself in so many seconds
 
@@ -263,8 +262,8 @@ class SessionSocket:
             if self._death is None and not self._ended:
                 self._ended = True
                 status, cpu = self._reap(grace, cause in OUT_OF_TIME)
-                self._budget.spend(cpu=cpu)
                 self._death = self._explain(status, cpu, cause)
+                self._budget.spend(cpu=cpu, loops=self._death.cause is Cause.TIMEOUT)
                 if self._death.cause in (Cause.WAITING, Cause.SPENT):
                     self._death = replace(self._death, word=word, seconds=seconds)
             return self._death or Death(Cause.EXIT)

@@ -21,6 +21,7 @@ import sys
 import tempfile
 import threading
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from functools import cache, partial
 from pathlib import Path
 from typing import IO, Any
@@ -176,7 +177,7 @@ class WorkerProcess:
         """
         if spent := self._budget.spent:
             raise Died(Death(Cause.SPENT, spent, seconds=SECONDS[spent]))
-        kind = (library, limits)
+        kind = (library, replace(limits, cpu=limits.cpu * self._budget.share))
         with self._choosing:
             channel = self._spares.pop(kind, None) or self._start(kind)
         try:

@@ -19,6 +19,9 @@ from collections.abc import Callable, Mapping
 
 WALL, CPU, ASLEEP = "wall", "cpu", "asleep"
 SECONDS = {WALL: 120.0, CPU: 120.0, ASLEEP: 10.0}
+# After so many calls that do not end, the others get that share of their time: who loops in one
+# function after the other would have it all each time.
+LOOPS, SHARE = 4, 0.5
 MOST_LOAD = 10.0  # beyond that the figure is no longer about this submission
 
 
@@ -44,6 +47,7 @@ class Budget:
         self._clock, self._load = clock, load
         self._seen = clock()
         self._used = dict.fromkeys(SECONDS, 0.0)
+        self._loops = 0
         self._busy = threading.Lock()
 
     @classmethod
@@ -51,11 +55,17 @@ class Budget:
         """Return that of what is no submission, or of a person's own session."""
         return cls(dict.fromkeys(SECONDS, math.inf))
 
-    def spend(self, cpu: float = 0.0, asleep: float = 0.0) -> None:
-        """Note seconds that the submission has taken."""
+    def spend(self, cpu: float = 0.0, asleep: float = 0.0, loops: int = 0) -> None:
+        """Note seconds that the submission has taken, and calls that computed until their end."""
         with self._busy:
             self._used[CPU] += cpu
             self._used[ASLEEP] += asleep
+            self._loops += loops
+
+    @property
+    def share(self) -> float:
+        """What of its seconds a call may still take."""
+        return SHARE if self._loops >= LOOPS and self._seconds[CPU] < math.inf else 1.0
 
     def left(self, kind: str = WALL) -> float:
         """Return how many seconds of a kind are left, of wall time as they pass now."""

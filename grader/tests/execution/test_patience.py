@@ -130,6 +130,16 @@ def test_a_submission_that_sleeps_everywhere_ends(
     assert len(sessions) < 8
 
 
+def test_who_loops_everywhere_is_ended_sooner(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The seconds that are told are those that the call had."""
+    monkeypatch.setattr(budget, "LOOPS", 1)
+    bodies = dict.fromkeys(("fill_red", "fill_rect"), "for (volatile int k = 1; k;) { }")
+    results = judge({"main.c": main_c({**STUDENT_MAIN, **bodies})}, cache, tp=1)
+    told = [each.message for each in results.values() if each.outcome == "timeout"]
+    assert any("2 s of" in each for each in told)
+    assert any("1 s of" in each for each in told)
+
+
 def test_a_constructor_that_sleeps_costs_its_seconds_once(
     cache: Path, monkeypatch: pytest.MonkeyPatch, sessions: list[str]
 ) -> None:

@@ -44,6 +44,16 @@ def test_the_clock_is_slowed_by_the_load() -> None:
     assert (own.left(), own.spent) == (0, WALL)
 
 
+def test_who_loops_again_and_again_has_less_time() -> None:
+    """After a few calls that do not end; in a person's own session never."""
+    own, endless = Machine().budget(), Budget.endless()
+    for _ in range(budget.LOOPS):
+        assert own.share == 1
+        own.spend(loops=1)
+        endless.spend(loops=1)
+    assert (own.share, endless.share) == (budget.SHARE, 1)
+
+
 def test_a_person_s_own_session_is_not_bounded() -> None:
     """A notebook stays open for hours."""
     own = Budget.endless()
