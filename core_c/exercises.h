@@ -105,7 +105,7 @@ void fill_rect(color *img, color c, point3 p1, point3 p2);
  * Writes c in the pixels (i, j) whose distance to the centre is strictly smaller than the radius.
  *
  *   img     pixels outside the disc keep their colour
- *   radius  pixels; nothing is drawn when it is zero or negative
+ *   radius  pixels, never negative; nothing is drawn when it is zero
  *   center  pixels; it may lie outside the picture; z is ignored
  *   c       colour
  *
@@ -147,7 +147,7 @@ void raytrace(void);
 
 /* TP2.3 - Intersection of a ray and a plane.
  *
- *   r    ray; dir need not be unit (t counts in units of dir); tmax becomes t on a hit
+ *   r    ray; dir need not be unit (t counts in units of dir); tmax becomes t on a hit, and nothing else of it changes
  *   it   filled on a hit only: position, normal (the plane's, as stored), material
  *   obj  object of type PLANE
  *
@@ -161,7 +161,7 @@ bool intersect_plane(ray *r, intersection *it, const object *obj);
  *
  * Looks for the smallest t in [r->tmin, r->tmax] with r->orig + t * r->dir on the sphere.
  *
- *   r    ray; dir need not be unit (t counts in units of dir); tmax becomes t on a hit
+ *   r    ray; dir need not be unit (t counts in units of dir); tmax becomes t on a hit, and nothing else of it changes
  *   it   filled on a hit only: position, unit normal pointing outwards, material
  *   obj  object of type SPHERE; radius > 0
  *
@@ -173,7 +173,7 @@ bool intersect_sphere(ray *r, intersection *it, const object *obj);
 
 /* TP2.5 - Nearest intersection of a ray and all the objects, by intersect_object on each.
  *
- *   r    ray; tmax becomes the t of the nearest hit
+ *   r    ray; tmax becomes the t of the nearest hit, and nothing else of it changes
  *   it   filled on a hit only, with the nearest hit
  *
  * Returns true when something was hit; false, and nothing changed, otherwise (an empty scene too).
@@ -326,7 +326,7 @@ octree_node *octree_build(const object *objects, int count);
 /* TP4.B1 - Nearest intersection of a ray and the objects of the tree: those of scene[].
  *
  *   node  the root that octree_build made of scene[]
- *   r     ray; tmax becomes the t of the nearest hit
+ *   r     ray; tmax becomes the t of the nearest hit, and nothing else of it changes
  *   it    filled on a hit only, with the nearest hit
  *
  * Returns true when something was hit; false, and nothing changed, otherwise. Same hit as going through the whole list.

@@ -21,7 +21,10 @@ from grader.checking.records import Evidence
 from grader.checking.reproducer import Look
 from grader.course.message import Message
 
-MATERIAL = ("kd", "ks", "shininess", "kr", "refraction_index", "pattern", "kd2", "user")
+MATERIAL = (
+    *("kd", "ks", "shininess", "kr", "refraction_index"),
+    *("pattern", "kd2", "pattern_origin", "pattern_size", "user"),
+)
 
 
 class Wrong(Exception):
@@ -60,6 +63,10 @@ class Answers:
         result = self.batch.answers[0].result
         assert result is not None
         return ~result.astype(bool)
+
+    def aside(self) -> Answers:
+        """Return the answers to be tried by, so that nothing is put down of what is wrong."""
+        return replace(self, observations=Observations(), alone=None)
 
     def got(self, pick: str) -> Array:
         """Return a part of the answers."""

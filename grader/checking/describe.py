@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from grader.checking.expected_data import SIZE, Array, Batch
+from grader.checking.expected_data import SIZE, Array, Batch, counted
 
 # The fields of an object that its type uses; the union holds nothing else.
 OBJECTS = {
@@ -124,7 +124,7 @@ def setting(batch: Batch) -> str:
     lists = ("scene", "lights") if batch.function == "direct_light" else ("scene",)
     parts = [*_picture(batch)] if batch.function in _PICTURES else []
     for name in lists:
-        items = batch.globals.get(name, np.zeros(0))
+        items = batch.globals.get(name, np.zeros(0))[: counted(batch.globals, name)]
         if 0 < len(items) <= _MOST_ITEMS:
             parts.append(f"{name}: " + ", ".join(value(each) for each in items))
         elif len(items):

@@ -41,6 +41,8 @@ GLOBALS = {
     "theCamera": "camera",
     "options": "render_options",
     "texels": "color",  # of scene_texture: shape (height, width, 3)
+    "object_count": "int",  # where scene[] holds more, which must not count
+    "num_lights": "int",
 }
 COUNTS = {"scene": "object_count", "lights": "num_lights"}
 
@@ -85,14 +87,36 @@ class Batch:
 
 
 def prepare(session: Session, core: Library, batch: Batch) -> None:
-    """Set the globals of a batch; the tree of scene_changed is not built."""
+    """Set the globals of a batch; the tree of scene_changed is not built.
+
+    A scene, lights or a camera that the batch says nothing of are there all the same: what looks at
+    them where it has no reason to does not find zeros.
+    """
     lend_texture(session, core, batch.globals.get("texels"))
-    for name, value in batch.globals.items():
+    for name, value in {**_foreign(core), **batch.globals}.items():
         if name == "texels":
             continue
         session.set(name, value)
         if name in COUNTS:
-            session.set(COUNTS[name], len(value))
+            count = counted(batch.globals, name) if name in batch.globals else len(value)
+            session.set(COUNTS[name], count)
+
+
+def _foreign(core: Library) -> dict[str, Array]:
+    """Return a scene, lights and a camera that have nothing to do with any call."""
+    scene, lights, camera = core.zeros("object", 2), core.zeros("light", 2), core.zeros("camera")
+    scene["type"], scene["radius"] = (1, 2), 9
+    scene["normal"], scene["dist"] = (0, 1, 0), 7
+    scene["mat"]["kd"], scene["mat"]["ks"], scene["mat"]["shininess"] = (9, 0, 9), (0, 9, 0), 3
+    lights["position"], lights["col"] = [(5, 60, 7), (-70, 8, 9)], [(8, 0, 1), (0, 7, 2)]
+    camera["position"], camera["zdir"], camera["center"] = (31, -17, 23), (0, 0, 1), (0, 0, 1)
+    camera["xdir"], camera["ydir"], camera["aspect"] = (0, 1, 0), (1, 0, 0), 3
+    return {"scene": scene, "lights": lights, "theCamera": camera}
+
+
+def counted(settings: Mapping[str, Array], name: str) -> int:
+    """Return how many items of "scene" or "lights" count: all, unless their number is set."""
+    return int(settings.get(COUNTS[name], len(settings.get(name, ()))))
 
 
 def lend_texture(session: Session, core: Library, texels: Array | None) -> None:

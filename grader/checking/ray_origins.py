@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from grader.checking.comparison import Answers
+from grader.checking.comparison import Answers, unit
 from grader.checking.expected_data import Array
 
 # Scene units; the course's epsilon is 1e-4.
@@ -21,15 +21,16 @@ def expect_origin(trial: Answers, where: Array) -> None:
     """Raise Wrong unless the rays in `out` start at the point hit, a little off the surface."""
     got = trial.answer.out["out"]
     position, normal = (trial.batch.args["it"][name] for name in ("position", "normal"))
-    way = trial.batch.answers[0].out["out"]["dir"].astype(np.float64)
+    way = unit(got["dir"])
     side = np.sign(np.einsum("ij,ij->i", way, normal))[:, None] * normal
-    with np.errstate(invalid="ignore"):
+    with np.errstate(invalid="ignore", over="ignore"):
         moved = got["orig"].astype(np.float64) - position
         length = np.linalg.norm(moved, axis=1)
         slack = 0.1 * length + 2e-6
         ways = [np.linalg.norm(moved - length[:, None] * each, axis=1) for each in (way, side)]
         along = (ways[0] <= slack) | (ways[1] <= slack)
-        off = (np.maximum(length, got["tmin"]) >= LEAST) & (length <= MOST)
+        start = np.where(got["tmin"] <= MOST, got["tmin"], 0)
+        off = (np.maximum(length, start) >= LEAST) & (length <= MOST)
     wrong = ~(along & off) & where
     trial.complain(wrong, "failure.origin", got=got["orig"], position=position, what="out->orig")
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from grader.checking import c_literals
 from grader.checking.describe import value
-from grader.checking.expected_data import SIZE, Array, Batch
+from grader.checking.expected_data import SIZE, Array, Batch, counted
 from grader.course.texts import Texts
 
 FIRST_SCENE = 5  # of those that ./mrt draws with rays
@@ -160,10 +160,14 @@ class _Writer:
             for each in () if is_flat else settings.get("lights", ()):
                 where, color = (c_literals.vector(each[name]) for name in ("position", "col"))
                 yield f"add_light({where}, {color});"
+            if "num_lights" in settings and not is_flat:
+                yield f"num_lights = {counted(settings, 'lights')};"
         for each in settings.get("scene", ()):
             material, lines = self._material(each["mat"])
             yield from lines
             yield f"add_object({c_literals.solid(each, material)});"
+        if "object_count" in settings:
+            yield f"object_count = {counted(settings, 'scene')};"
         if "texels" in settings:
             yield from c_literals.texture(settings["texels"])
 

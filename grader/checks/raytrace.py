@@ -26,6 +26,7 @@ from grader.course.message import Message
 from grader.execution.libraries import NotBuilt
 
 UNWRITTEN = -1.0  # of every channel, before raytrace
+MOST = 0.5  # of the pixels
 FLAT = 1e-3  # a picture that varies by less has one colour
 
 
@@ -46,7 +47,7 @@ class Drawn:
         """Raise Wrong at the first pixel that is not as expected."""
         if np.ptp(expected.reshape(-1, 3), axis=0).max() < FLAT:
             raise Wrong("failure.flat_picture")
-        wrong = far(_flat(self.picture), _flat(expected), self.batch.tolerance)
+        wrong = far(_flat(self.picture), _flat(expected), self.batch.tolerance) & self._written()
         if not wrong.any():
             return
         j, i = divmod(int(np.flatnonzero(wrong)[0]), SIZE[0])
@@ -55,6 +56,11 @@ class Drawn:
         if turned := whole.turned(self.picture, expected, self.batch.tolerance):
             complaint = Wrong(turned)
         raise complaint.showing(self._evidence(i, j, expected))
+
+    def _written(self) -> Array:
+        """Return which pixels are written; all where few are: those left are asked of elsewhere."""
+        written: Array = (_flat(self.picture) != UNWRITTEN).any(axis=1)
+        return written if written.mean() > MOST else np.ones(len(written), bool)
 
     def _evidence(self, i: int, j: int, expected: Image) -> Evidence:
         """Return the C program that draws the picture and looks at a pixel; and the pictures."""

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from grader.checking import describe, shapes
-from grader.checking.canvas import ONE_LEVEL, Canvas
+from grader.checking.canvas import ONE_LEVEL, Canvas, Drawing
 from grader.checking.shapes import Image
 from grader.checking.student import SIZES, Student, Wrong
 
@@ -53,16 +53,25 @@ def test_fill_color_every_pixel(student: Student) -> None:
             canvas.draw("fill", canvas.noise(), c=c).expect(shapes.flat(canvas.size, c))
 
 
+@pytest.mark.check("tp1.fill_color.as_it_is")
+def test_fill_color_as_it_is(student: Student) -> None:
+    """A colour is copied as it is, even where it is not between 0 and 1."""
+    for canvas in canvases(student):
+        c = [1.5, -0.25, 2]
+        canvas.draw("fill", canvas.noise(), c=c).expect(shapes.flat(canvas.size, c))
+
+
 @pytest.mark.check("tp1.horizontal_gradient.direction")
 def test_horizontal_gradient_direction(student: Student) -> None:
     """The first colour is at the top, the second at the bottom."""
     for canvas in canvases(student):
         drawing = canvas.draw("horizontal_gradient", canvas.noise(), c1=BLUE, c2=WHITE)
         height = canvas.size[1]
-        for j, wanted in ((height - 1, BLUE), (0, WHITE)):
+        # Not at the ends themselves: that every row is drawn is asked of `rows`.
+        for j, wanted in ((height - 2, BLUE), (1, WHITE)):
             got = drawing.after[j, 0]
-            # Whatever the convention, an end is at most one row's step away from its colour.
-            if not (np.abs(got - np.array(wanted)) <= 1 / height + ONE_LEVEL).all():
+            # Whatever the convention, that is at most two rows' steps away from its colour.
+            if not (np.abs(got - np.array(wanted)) <= 2 / height + ONE_LEVEL).all():
                 values = describe.pair(got, np.array(wanted))
                 wrong = Wrong("failure.end", call=drawing.call, j=j, height=height, **values)
                 whole = shapes.gradients(canvas.size, BLUE, WHITE)[0]
@@ -75,7 +84,10 @@ def test_horizontal_gradient_rows(student: Student) -> None:
     for canvas in canvases(student):
         for c1, c2 in [(BLUE, WHITE), (RED, [0.25, 0.5, 0.75]), random_numbers(4, 2, 3)]:
             drawing = canvas.draw("horizontal_gradient", canvas.noise(), c1=c1, c2=c2)
-            drawing.expect(nearest(drawing.after, shapes.gradients(canvas.size, c1, c2)), ONE_LEVEL)
+            # Upside down it is mixed as well: which end is which is asked of `direction`.
+            accepted = shapes.gradients(canvas.size, c1, c2)
+            accepted += shapes.gradients(canvas.size, c2, c1)
+            drawing.expect(nearest(drawing.after, accepted), ONE_LEVEL)
 
 
 def nearest(got: Image, accepted: list[Image]) -> Image:
@@ -83,13 +95,20 @@ def nearest(got: Image, accepted: list[Image]) -> Image:
     return min(accepted, key=lambda each: np.nan_to_num(np.abs(got - each), nan=np.inf).max())
 
 
+def colors() -> Iterator[tuple[list[float] | Point, float]]:
+    """Yield colours and heights z, which is ignored: yellow and 0 first."""
+    yield YELLOW, 0.0
+    for r, g, b, z in random_numbers(7, 9, 4):
+        yield [round(each, 2) for each in (r, g, b)], round(9 * z)
+
+
 def check_boxes(student: Student, cases: Callable[[int, int], list[Box]]) -> None:
     """Draw rectangles, one at a time; `cases` gives them from the picture's width and height."""
     for canvas in canvases(student):
-        for x1, y1, x2, y2 in cases(*canvas.size):
-            p1, p2 = (x1, y1, 0.0), (x2, y2, 0.0)
-            drawing = canvas.draw("fill_rect", canvas.noise(), c=YELLOW, p1=p1, p2=p2)
-            drawing.expect_region(YELLOW, shapes.rectangle(canvas.size, p1, p2))
+        for (x1, y1, x2, y2), (c, z) in zip(cases(*canvas.size), colors(), strict=False):
+            p1, p2 = (x1, y1, z), (x2, y2, -z)
+            drawing = canvas.draw("fill_rect", canvas.noise(), c=c, p1=p1, p2=p2)
+            drawing.expect_region(c, shapes.rectangle(canvas.size, p1, p2))
 
 
 @pytest.mark.check("tp1.fill_rect.inside")
@@ -101,7 +120,7 @@ def test_fill_rect_inside(student: Student) -> None:
             (w * a // 2, h * b // 2, w // 2 + w * c // 2, h // 2 + h * d // 2)
             for a, b, c, d in random_numbers(5, 3, 4)
         ]
-        return [(10, 20, 30, 40), *corners, (10.7, 20.3, 30.2, 40.9), (5, 5, 5, 5)]
+        return [(10, 20, 30, 40), *corners, (10.7, 20.3, 30.9, 40.2), (5, 5, 5, 5)]
 
     check_boxes(student, cases)
 
@@ -151,27 +170,52 @@ def check_circles(
     student: Student, cases: Callable[[int, int], list[Circle]], *, strict: bool = False
 ) -> None:
     """Draw discs, one at a time; `cases` gives them from the picture's width and height."""
+    for drawing, color, radius, center in circles(student, cases):
+        size = (drawing.after.shape[1], drawing.after.shape[0])
+        drawing.expect_region(color, shapes.disc(size, radius, center, strict=strict))
+
+
+def circles(
+    student: Student, cases: Callable[[int, int], list[Circle]]
+) -> Iterator[tuple[Drawing, list[float] | Point, float, Point]]:
+    """Yield drawings of discs, each with its colour, radius and centre."""
     for canvas in canvases(student):
-        for radius, x, y in cases(*canvas.size):
-            center = (x, y, 0.0)
-            drawing = canvas.draw(
-                "fill_circle", canvas.noise(), radius=radius, center=center, c=YELLOW
-            )
-            drawing.expect_region(YELLOW, shapes.disc(canvas.size, radius, center, strict=strict))
+        for (radius, x, y), (color, z) in zip(cases(*canvas.size), colors(), strict=False):
+            center = (x, y, z)
+            args = {"radius": radius, "center": center, "c": color}
+            yield canvas.draw("fill_circle", canvas.noise(), **args), color, radius, center
+
+
+def discs(w: int, h: int) -> list[Circle]:
+    """Return discs inside the picture."""
+    random = [
+        (h * (0.1 + 0.1 * a), w * (0.3 + 0.4 * b), h * (0.3 + 0.4 * c))
+        for a, b, c in random_numbers(6, 4, 3)
+    ]
+    return [(10, 40, 30), (1, 5, 7), *random]
+
+
+# What is not of the disc within so many pixels of its rim, and so large a share of holes, is asked
+# of `exact`: whoever sweeps angles draws a disc too.
+RIM, HOLES = 1.5, 0.3
 
 
 @pytest.mark.check("tp1.fill_circle.inside")
 def test_fill_circle_inside(student: Student) -> None:
-    """A disc inside the picture is filled, and nothing else."""
+    """A disc inside the picture is drawn, of its radius and around its centre."""
+    for drawing, color, radius, center in circles(student, discs):
+        size = (drawing.after.shape[1], drawing.after.shape[0])
+        inner, outer = (shapes.disc(size, radius + each, center) for each in (-RIM, RIM))
+        left = inner.sure & (drawing.after == drawing.before).all(axis=2)
+        if left.sum() > HOLES * inner.sure.sum():
+            drawing.expect_region(color, shapes.disc(size, radius, center))
+        drawing.expect_region(color, shapes.PixelRegion(inner.sure & ~left, outer.maybe))
 
-    def cases(w: int, h: int) -> list[Circle]:
-        random = [
-            (h * (0.1 + 0.1 * a), w * (0.3 + 0.4 * b), h * (0.3 + 0.4 * c))
-            for a, b, c in random_numbers(6, 4, 3)
-        ]
-        return [(10, 40, 30), (1, 5, 7), *random]
 
-    check_circles(student, cases)
+@pytest.mark.check("tp1.fill_circle.exact")
+def test_fill_circle_exact(student: Student) -> None:
+    """All the disc's pixels are drawn, and no other."""
+    check_circles(student, discs)
 
 
 @pytest.mark.check("tp1.fill_circle.rim")
@@ -179,7 +223,7 @@ def test_fill_circle_rim(student: Student) -> None:
     """A pixel exactly at the radius is out, and a radius of zero draws nothing."""
     check_circles(
         student,
-        lambda w, h: [(5, 40, 30), (13, w // 2, h // 2), (0, 20, 20), (-5, 40, 30)],
+        lambda w, h: [(5, 40, 30), (13, w // 2, h // 2), (0, 20, 20)],
         strict=True,
     )
 

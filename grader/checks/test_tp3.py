@@ -1,30 +1,36 @@
-"""TP3 - light and matter: Blinn-Phong, the sum of the lights, patterns.
+"""TP3 - light and matter: Blinn-Phong, the sum of the lights.
 
 `shade` and `direct_light` are judged without Fresnel; answers that have it already are accepted.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from grader.checking.comparison import far, unit
-from grader.checking.expected_data import Array
-from grader.checking.student import Answers, Student
+from grader.checking.expected_data import Answer, Array, Batch, counted
+from grader.checking.student import Answers, Bench, Student, Wrong
 from grader.checks.common import check_results
-
-# So near the axis of a sphere, of radius 1, every direction is as good as another.
-POLE = 1e-3
+from grader.course.message import Message
 
 # ---- TP3.1: shade -------------------------------------------------------------------------------
+
+# Of a colour: what must change in it to be seen, a little in every call or clearly in one.
+SEEN = 1e-3
 
 
 @pytest.mark.check("tp3.shade.diffuse")
 def test_shade_diffuse(student: Student) -> None:
     """Without specular colour: the light's colour times n.l times kd over pi."""
-    check_results(student, "shade.diffuse")
+    (trial,) = student.trials("shade.diffuse")
+    trial.expect("result")
+    got, right = trial.got("result"), trial.batch.answers[0].result
+    assert right is not None
+    ratio = got[right > SEEN] / right[right > SEEN]
+    if np.abs(ratio - np.pi / 3.14).max() < np.pi / 3.14 - 1:  # nearer to it than to 1, each time
+        student.remarks.append(Message("note.pi"))
 
 
 @pytest.mark.check("tp3.shade.lobe")
@@ -35,20 +41,100 @@ def test_shade_lobe(student: Student) -> None:
 
 @pytest.mark.check("tp3.shade.both")
 def test_shade_both(student: Student) -> None:
-    """Both parts together, in colour."""
-    check_results(student, "shade.both")
+    """The two parts are added: what kd adds depends on neither ks nor anything else."""
+    (batch,) = student.batches("shade.both")
+    with student.bench() as bench:
+        whole = bench.trial(batch)
+        black = np.zeros(3, np.float32)
+        lobe, diffuse, none = (
+            bench.trial(with_material(batch, **fields)).got("result")
+            for fields in ({"kd": black}, {"ks": black}, {"kd": black, "ks": black})
+        )
+    for part in (diffuse - none, lobe - none):
+        expect_seen(whole, part)
+    expect_own(whole, lobe + diffuse - none)
+
+
+def with_material(batch: Batch, **fields: Array) -> Batch:
+    """Return calls of shade with other fields of the materials."""
+    mat = batch.args["mat"].copy()
+    for name, value in fields.items():
+        mat[name] = value
+    return replace(batch, args={**batch.args, "mat": mat})
+
+
+def expect_seen(trial: Answers, seen: Array) -> None:
+    """Raise Wrong unless a part is seen in most of the calls: nothing at all earns nothing."""
+    if not (np.abs(seen).max(axis=1) > SEEN).mean() > 0.25:
+        trial.expect("result")
+        raise Wrong("failure.flat_picture")
+
+
+def expect_lit(student: Student, suite: str) -> None:
+    """Raise Wrong unless what light from the front gives is seen, and not the same everywhere."""
+    for trial in student.trials(suite):
+        got = trial.got("result")
+        expect_seen(trial, got - got[0])
 
 
 @pytest.mark.check("tp3.shade.back")
 def test_shade_back(student: Student) -> None:
-    """A light behind the surface gives black."""
+    """A light behind the surface gives black; one along it does not."""
+    expect_lit(student, "shade.diffuse")
     check_results(student, "shade.back")
+    for trial in student.trials("shade.grazing"):
+        dark = np.asarray(~trial.got("result").any(axis=1))
+        trial.complain(dark, "failure.result", **told(trial))
 
 
 @pytest.mark.check("tp3.shade.far_lobe")
 def test_shade_far_lobe(student: Student) -> None:
     """When h.n is negative the lobe adds nothing."""
+    expect_lit(student, "shade.lobe")
     check_results(student, "shade.far_lobe")
+
+
+@pytest.mark.check("tp3.shade.shininess")
+def test_shade_shininess(student: Student) -> None:
+    """A shininess that is no whole number counts as it is."""
+    for trial in student.trials("shade.shininess"):
+        with np.errstate(invalid="ignore", divide="ignore"):
+            log = np.log(trial.got("result").astype(np.float64)[:, 0].reshape(-1, 3))
+        low, half, high = log.T
+        # From one power to the next the lobe changes by about the same factor each time.
+        with np.errstate(invalid="ignore"):
+            right = (np.abs(half - (low + high) / 2) < ALIKE) & (np.abs(high - low) > 2 * ALIKE)
+        wrong = np.zeros(trial.batch.count, bool)
+        wrong[1::3] = ~right
+        if wrong.any():
+            trial.expect("result", where=wrong)
+            trial.complain(wrong, "failure.result", **told(trial))
+
+
+# Difference of logarithms: 0.25 for a power cut to a whole number, below 0.01 for one that is not.
+ALIKE = 0.04
+
+
+def told(trial: Answers) -> dict[str, object]:
+    """Return what came and what is expected, for a sentence."""
+    return {"got": trial.got("result"), "expected": trial.batch.answers[0].result}
+
+
+@pytest.mark.check("tp3.shade.bright")
+def test_shade_bright(student: Student) -> None:
+    """The light's colour is a factor, however bright it is."""
+    (batch,) = student.batches("shade.both")
+    with student.bench() as bench:
+        dim = bench.trial(batch).got("result")
+        black = {"kd": np.zeros(3, np.float32), "ks": np.zeros(3, np.float32)}
+        none = bench.trial(with_material(batch, **black)).got("result")
+        color = batch.args["light_color"] * np.float32(BRIGHT)
+        bright = bench.trial(replace(batch, args={**batch.args, "light_color": color}))
+    expect_seen(bright, dim - none)
+    expect_own(bright, dim * BRIGHT)
+
+
+BRIGHT = 100.0  # times as bright as what stays below 1
 
 
 # ---- TP3.2: direct_light ------------------------------------------------------------------------
@@ -63,77 +149,86 @@ def test_direct_light_one(student: Student) -> None:
 @pytest.mark.check("tp3.direct_light.sum")
 def test_direct_light_sum(student: Student) -> None:
     """With several lights: the sum of what each gives."""
-    check_results(student, "direct_light.sum")
+    for batch in student.batches("direct_light.sum"):
+        lights = batch.globals["lights"]
+        with student.bench() as bench:
+            whole = lit_by(bench, batch, lights)
+            none = lit_by(bench, batch, lights[:0]).got("result")
+            parts = [
+                lit_by(bench, batch, lights[k : k + 1]).got("result") - none
+                for k in range(len(lights))
+            ]
+        added = np.sum(parts, axis=0)
+        expect_light(whole, added)
+        expect_own(whole, none + added)
+
+
+def expect_light(trial: Answers, added: Array) -> None:
+    """Raise Wrong unless lights add something, which is not the same everywhere."""
+    for seen in (added, added - added[0]):
+        expect_seen(trial, seen)
+
+
+def lit_by(bench: Bench, batch: Batch, lights: Array) -> Answers:
+    """Make calls under other lights; nothing but black ones stands beyond them."""
+    dark = np.zeros_like(batch.globals["lights"])
+    bench.prepare(replace(batch, globals={**batch.globals, "lights": dark}))
+    few = {name: value for name, value in batch.globals.items() if name != "num_lights"}
+    return bench.trial(replace(batch, globals={**few, "lights": lights}))
+
+
+def expect_own(trial: Answers, wanted: Array) -> None:
+    """Raise Wrong unless the results are what the submission's own ones make."""
+    expect_seen(trial, wanted)
+    accepted = (Answer(wanted.astype(np.float32), {}),)
+    replace(trial, batch=replace(trial.batch, answers=accepted)).expect("result")
 
 
 @pytest.mark.check("tp3.direct_light.bright")
 def test_direct_light_bright(student: Student) -> None:
     """The sum is not limited to 1."""
-    check_results(student, "direct_light.bright")
+    for batch in student.batches("direct_light.bright"):
+        bright = batch.globals["lights"]
+        dim = bright.copy()
+        dim["col"] /= BRIGHT
+        with student.bench() as bench:
+            none = lit_by(bench, batch, bright[:0]).got("result")
+            added = lit_by(bench, batch, dim).got("result") - none
+            whole = lit_by(bench, batch, bright)
+        expect_light(whole, BRIGHT * added)
+        expect_own(whole, none + BRIGHT * added)
 
 
 @pytest.mark.check("tp3.direct_light.none")
 def test_direct_light_none(student: Student) -> None:
     """Without any light: black."""
+    expect_lit(student, "direct_light.one")
     check_results(student, "direct_light.none")
 
 
-# ---- TP3.B1: checker_color, TP3.B2: texture_color -----------------------------------------------
+@pytest.mark.check("tp3.direct_light.count")
+def test_direct_light_count(student: Student) -> None:
+    """What stands in lights[] from num_lights on gives no light."""
+    for batch in student.batches("direct_light.count"):
+        few = batch.globals["lights"][: counted(batch.globals, "lights")]
+        with student.bench() as bench:
+            whole = bench.trial(batch)
+            wanted = lit_by(bench, batch, few).got("result")
+            expect_light(whole, wanted - lit_by(bench, batch, few[:0]).got("result"))
+        expect_own(whole, wanted)
 
 
-@pytest.mark.check("tp3.checker_color.positive")
-def test_checker_color_positive(student: Student) -> None:
-    """Cubes of side 1 change colour along x, y and z."""
-    check_results(student, "checker_color.positive")
+@pytest.mark.check("tp3.direct_light.barred")
+def test_direct_light_barred(student: Student) -> None:
+    """From TP4.1 on: the lights that come after a barred one count."""
+    barred, free = student.batches("direct_light.barred")
+    with student.bench() as bench:
+        both = bench.trial(barred)
+        alone = lit_by(bench, free, free.globals["lights"]).got("result")
+        none = lit_by(bench, free, free.globals["lights"][:0]).got("result")
+    expect_light(both, alone - none)
+    less = np.asarray((both.got("result") < LEFT * alone).any(axis=1))
+    both.complain(less, "failure.result", got=both.got("result"), expected=alone)
 
 
-@pytest.mark.check("tp3.checker_color.negative")
-def test_checker_color_negative(student: Student) -> None:
-    """On the negative side the cubes go on changing, without a double one at zero."""
-    check_results(student, "checker_color.negative")
-
-
-@pytest.mark.check("tp3.checker_color.placed")
-def test_checker_color_placed(student: Student) -> None:
-    """The pattern starts at pattern_origin, with cubes of side pattern_size."""
-    check_results(student, "checker_color.placed")
-
-
-@pytest.mark.check("tp3.texture_color.texel")
-def test_texture_color_texel(student: Student) -> None:
-    """Around the unit sphere, each direction has its texel."""
-    check_results(student, "texture_color.texel")
-
-
-@pytest.mark.check("tp3.texture_color.scaled")
-def test_texture_color_scaled(student: Student) -> None:
-    """The sphere may be anywhere and of any size."""
-    check_results(student, "texture_color.scaled")
-
-
-@pytest.mark.check("tp3.texture_color.seam")
-def test_texture_color_seam(student: Student) -> None:
-    """At the poles and on the seam, a texel of the image's border is read, none outside it."""
-    for trial in student.trials("texture_color.seam"):
-        got = trial.got("result")
-        wrong = [
-            far(np.broadcast_to(color, texels.shape), texels, 1e-5).all()
-            for color, texels in zip(got, border(trial), strict=True)
-        ]
-        trial.complain(np.array(wrong), "failure.no_texel", got=got)
-
-
-def border(trial: Answers) -> Iterator[Array]:
-    """Return the texels that each call may give: the ends of a row, or at a pole all of it."""
-    texels, args = trial.batch.globals["texels"], trial.batch.args
-    way = unit(args["p"].astype(np.float64) - args["mat"]["pattern_origin"])
-    height = len(texels)
-    for x, y, z in way:
-        row = min(int(np.arccos(np.clip(y, -1, 1)) / np.pi * height), height - 1)
-        yield texels[row] if np.hypot(x, z) < POLE else texels[row, [0, -1]]
-
-
-@pytest.mark.check("tp3.texture_color.missing")
-def test_texture_color_missing(student: Student) -> None:
-    """Without a texture: kd."""
-    check_results(student, "texture_color.missing")
+LEFT = 0.4  # of the light that is not barred: a mean of two has half of it

@@ -1,22 +1,31 @@
-"""TP4 - shadows and mirrors, and the octree."""
+"""TP4 - shadows and mirrors."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Iterator
 
 import numpy as np
 import pytest
 
-from grader.build.target import COUNT, STEPS
 from grader.checking.comparison import unit
-from grader.checking.describe import number, setting
 from grader.checking.expected_data import Batch
 from grader.checking.ray_origins import expect_fresh, expect_origin
-from grader.checking.student import Answers, Bench, Student, Wrong
+from grader.checking.student import Answers, Bench, Student
+from grader.checks import solids
 from grader.checks.common import check_results, check_stages
-from grader.execution.session import Address
 
 # ---- TP4.1: in_shadow ---------------------------------------------------------------------------
+
+FOUND = 0.5  # of the shadows: that none is seen where there is none counts for who sees as many
+
+
+def check_bars(student: Student, suite: str) -> None:
+    """Compare where there is no shadow; it counts for who sees some."""
+    for trial in student.trials("in_shadow.blocked"):
+        barred = ~trial.refused
+        if barred.any() and trial.got("result")[barred].mean() < FOUND:
+            trial.expect("result", where=barred)
+    check_results(student, suite)
 
 
 @pytest.mark.check("tp4.in_shadow.blocked")
@@ -25,28 +34,78 @@ def test_in_shadow_blocked(student: Student) -> None:
     check_results(student, "in_shadow.blocked")
 
 
+@pytest.mark.check("tp4.in_shadow.near")
+def test_in_shadow_near(student: Student) -> None:
+    """An object close by the point bars the way as well."""
+    expect_free(student)
+    check_results(student, "in_shadow.near")
+
+
+def expect_free(student: Student) -> None:
+    """Raise Wrong where everything is called a shadow."""
+    for trial in student.trials("in_shadow.blocked"):
+        free = trial.refused
+        if free.any() and trial.got("result")[free].mean() > FOUND:
+            trial.expect("result", where=free)
+
+
+@pytest.mark.check("tp4.in_shadow.kinds")
+def test_in_shadow_kinds(student: Student) -> None:
+    """Objects of all kinds bar the way, whatever they are made of."""
+    expect_free(student)
+    judged = 0
+    for batch in student.batches("in_shadow.kinds"):
+        with student.bench() as bench:
+            trial = bench.trial(batch)
+            known = [bool(_is_met(bench, each)) for each in batch.globals["scene"]]
+        if all(known):
+            trial.expect("result")
+            judged += 1
+    if not judged:  # no object is met yet
+        trial.expect("result")
+
+
+def _is_met(bench: Bench, obj: np.void) -> bool:
+    """Say whether a ray through an object's middle meets it: a cylinder may not be written yet."""
+    rays = bench.core.zeros("ray", 1)
+    base, axis, length = (obj[name].astype(np.float64) for name in ("base", "axis", "length"))
+    middle = base + length / 2 * axis if int(obj["type"]) > 2 else base
+    if int(obj["type"]) == 2:
+        middle = -obj["dist"] * obj["normal"]
+    away = np.array([3, 40, 5])
+    rays["orig"], rays["dir"], rays["tmax"] = middle + away, -away, 1000
+    args = {"r": rays, "it": bench.core.zeros("intersection", 1), "obj": np.array([obj])}
+    return bool(bench.again(Batch("intersect_object", args, {})).got("result")[0])
+
+
+@pytest.mark.check("tp4.in_shadow.which")
+def test_in_shadow_which(student: Student) -> None:
+    """The light is the one that is given, not the first of the scene."""
+    check_results(student, "in_shadow.which")
+
+
 @pytest.mark.check("tp4.in_shadow.beyond")
 def test_in_shadow_beyond(student: Student) -> None:
     """An object beyond the light bars nothing."""
-    check_results(student, "in_shadow.beyond")
+    check_bars(student, "in_shadow.beyond")
 
 
 @pytest.mark.check("tp4.in_shadow.behind")
 def test_in_shadow_behind(student: Student) -> None:
     """An object behind the point bars nothing."""
-    check_results(student, "in_shadow.behind")
+    check_bars(student, "in_shadow.behind")
 
 
 @pytest.mark.check("tp4.in_shadow.own_surface")
 def test_in_shadow_own_surface(student: Student) -> None:
     """The surface on which the point lies does not bar its own light."""
-    check_results(student, "in_shadow.own")
+    check_bars(student, "in_shadow.own")
 
 
 @pytest.mark.check("tp4.in_shadow.at_light")
 def test_in_shadow_at_light(student: Student) -> None:
     """A light at the point itself is not barred."""
-    check_results(student, "in_shadow.at_light")
+    check_bars(student, "in_shadow.at_light")
 
 
 @pytest.mark.check("tp4.in_shadow.used")
@@ -56,6 +115,22 @@ def test_in_shadow_used(student: Student) -> None:
 
 
 # ---- TP4.2: reflected_ray -----------------------------------------------------------------------
+
+# Cosine between the new direction and the one that arrives, or the normal: above, it is a copy.
+COPY = 0.999
+
+
+def bounced(student: Student, *suites: str) -> Iterator[Answers]:
+    """Yield the answers to suites, if the directions are no copies of what is given."""
+    for suite in suites:
+        for trial in student.trials(suite):
+            way = unit(trial.got("out.dir"))
+            given = (unit(trial.batch.args["in"]["dir"]), trial.batch.args["it"]["normal"])
+            same = [np.abs(np.einsum("ij,ij->i", way, each)) > COPY for each in given]
+            still = np.abs(way - way[0]).max(axis=1) < 1 - COPY
+            if any(each.mean() > 0.5 for each in (*same, still)):
+                trial.expect("out.dir", by=unit)
+            yield trial
 
 
 @pytest.mark.check("tp4.reflected_ray.direction")
@@ -68,28 +143,29 @@ def test_reflected_ray_direction(student: Student) -> None:
 @pytest.mark.check("tp4.reflected_ray.unit")
 def test_reflected_ray_unit(student: Student) -> None:
     """The new direction is unit, even when the ray that arrives has none such."""
-    for trial in student.trials("reflected_ray.scaled"):
-        trial.expect("out.dir")
+    for trial in bounced(student, "reflected_ray.scaled"):
+        own = unit(trial.got("out.dir")).astype(np.float32)
+        solids.judged_by(trial, "out.dir", own).expect("out.dir")
 
 
 @pytest.mark.check("tp4.reflected_ray.origin")
 def test_reflected_ray_origin(student: Student) -> None:
-    """The new ray starts at the point hit, a little off the surface."""
-    for trial in student.trials("reflected_ray.unit"):
+    """The new ray starts at the point hit, a little off the surface, on the side it goes to."""
+    for trial in bounced(student, "reflected_ray.unit", "reflected_ray.inside"):
         expect_origin(trial, np.ones(trial.batch.count, bool))
 
 
 @pytest.mark.check("tp4.reflected_ray.depth")
 def test_reflected_ray_depth(student: Student) -> None:
     """The depth is one more than that of the ray that arrives."""
-    for trial in student.trials("reflected_ray.unit"):
+    for trial in bounced(student, "reflected_ray.unit"):
         trial.expect("out.depth")
 
 
 @pytest.mark.check("tp4.reflected_ray.fresh")
 def test_reflected_ray_fresh(student: Student) -> None:
     """The new ray has a range of its own, and goes on with the seed."""
-    for trial in student.trials("reflected_ray.unit"):
+    for trial in bounced(student, "reflected_ray.unit"):
         expect_fresh(trial, np.ones(trial.batch.count, bool))
         trial.expect("out.seed")
 
@@ -115,111 +191,19 @@ def test_mirror_color_depth(student: Student) -> None:
     check_stages(student, "mirror_color.depth")
 
 
-# ---- TP4.B1: the octree -------------------------------------------------------------------------
+@pytest.mark.check("tp4.mirror_color.alone")
+def test_mirror_color_alone(student: Student) -> None:
+    """The mirror adds its reflection alone: no light of its own, no kd."""
+    check_stages(student, "mirror_color.alone")
 
 
-# Of the tests that going through the whole list would take: what a tree of any use stays below.
-FEW = 0.5
-ASIDE = 200  # objects where no ray comes
+@pytest.mark.check("tp4.mirror_color.channels")
+def test_mirror_color_channels(student: Student) -> None:
+    """Each channel has a coefficient of its own."""
+    check_stages(student, "mirror_color.channels")
 
 
-def plant(bench: Bench, batch: Batch) -> Address:
-    """Build the tree of a scene, as scene_changed does. Raises Wrong when there is none."""
-    bench.prepare(batch)
-    bench.call("scene_changed", f"octree_build(scene, object_count){setting(batch)}")
-    root = int(bench.session.get("scene_octree"))
-    if not root:
-        raise Wrong("failure.no_tree", setting=setting(batch).strip())
-    return Address(root)
-
-
-def search(bench: Bench, batch: Batch, root: Address) -> Answers:
-    """Search a tree along the rays of a batch."""
-    return bench.again(replace(batch, function="octree_intersect"), node=root)
-
-
-def walk(bench: Bench, batch: Batch) -> Answers:
-    """Build the tree of a scene, and search it. Raises Wrong when there is no tree."""
-    return search(bench, batch, plant(bench, batch))
-
-
-def walks(student: Student, suite: str) -> list[Answers]:
-    """Search the trees of a suite's scenes."""
-    with student.bench() as bench:
-        return [walk(bench, batch) for batch in student.batches(suite)]
-
-
-@pytest.mark.check("tp4.octree.overlap")
-def test_octree_overlap(student: Student) -> None:
-    """Objects that touch a box overlap it, those that are far do not, and planes never do."""
-    check_results(student, "octree.overlap")
-
-
-@pytest.mark.check("tp4.octree.tall")
-def test_octree_tall(student: Student) -> None:
-    """A cylinder or a cone that reaches into a box overlaps it, be it by its rim or its tip."""
-    check_results(student, "octree.tall")
-
-
-@pytest.mark.check("tp4.octree.hits")
-def test_octree_hits(student: Student) -> None:
-    """The tree gives the same hits as the whole list."""
-    for trial in walks(student, "octree.hits"):
-        trial.expect("result", "r.tmax", "it.mat.kd")
-
-
-@pytest.mark.check("tp4.octree.misses")
-def test_octree_misses(student: Student) -> None:
-    """When nothing is met, nothing changes."""
-    for trial in walks(student, "octree.misses"):
-        trial.expect("result", where=trial.refused)
-        trial.expect_kept("r", "it", where=trial.refused)
-
-
-@pytest.mark.check("tp4.octree.planes")
-def test_octree_planes(student: Student) -> None:
-    """Planes stay out of the tree."""
-    for trial in walks(student, "octree.planes"):
-        trial.expect("result")
-
-
-@pytest.mark.check("tp4.octree.fewer_tests", counts=True)
-def test_octree_fewer_tests(student: Student) -> None:
-    """In a crowd, each ray is tested against few of the objects."""
-    crowd = max(student.batches("octree.hits"), key=lambda each: len(each.globals["scene"]))
-    objects, rays = len(crowd.globals["scene"]), crowd.count
-    trial, tests, steps = counted(student, crowd)
-    trial.expect("result", "r.tmax")
-    if tests < rays:  # each of them hits something, which takes a test
-        raise Wrong("failure.uncounted", rays=rays, tests=tests)
-    if tests > FEW * rays * objects:
-        most = number(FEW * objects)
-        values = {"rays": rays, "objects": objects, "got": number(tests / rays), "most": most}
-        raise Wrong("failure.many_tests", **values)
-    # A test that is written out elsewhere is no count: but each object takes steps all the same.
-    _, _, more = counted(student, with_others(crowd))
-    if more - steps > rays * ASIDE / 4:
-        got = number((more - steps) / rays)
-        raise Wrong("failure.every_object", aside=ASIDE, got=got)
-
-
-def counted(student: Student, batch: Batch) -> tuple[Answers, int, int]:
-    """Search the tree of a scene; return the answers, the tests of objects, and the steps."""
-    with student.counting() as bench:
-        root = plant(bench, batch)
-        before = [int(bench.session.call(each).result) for each in (COUNT, STEPS)]
-        trial = search(bench, batch, root)
-        after = [int(bench.session.call(each).result) for each in (COUNT, STEPS)]
-    return trial, after[0] - before[0], after[1] - before[1]
-
-
-def with_others(batch: Batch) -> Batch:
-    """Return a batch with as many small objects more, together in a corner where no ray comes."""
-    scene = batch.globals["scene"]
-    corner = np.array([scene["center"][:, 0].max() - 8, *scene["center"][:, 1:].min(axis=0)])
-    others = np.repeat(scene[:1], ASIDE)
-    steps = np.indices((ASIDE, 1, 1))[0].reshape(-1)
-    places = np.stack([steps % 6, steps // 6 % 6, steps // 36], axis=1)
-    others["center"] = corner + places / 10
-    others["radius"] = 0.02
-    return replace(batch, globals={**batch.globals, "scene": np.append(scene, others)})
+@pytest.mark.check("tp4.mirror_color.bright")
+def test_mirror_color_bright(student: Student) -> None:
+    """What is seen in the mirror is not limited to 1."""
+    check_stages(student, "mirror_color.bright")

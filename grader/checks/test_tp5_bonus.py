@@ -1,4 +1,4 @@
-"""TP5, bonus: glass and the fractal."""
+"""TP5, bonus: glass."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 
 from grader.checking.comparison import far, unit
-from grader.checking.describe import call, number, pair, value
+from grader.checking.describe import number
 from grader.checking.expected_data import Array, Batch
 from grader.checking.ray_origins import expect_fresh, expect_origin
-from grader.checking.records import Evidence
-from grader.checking.reproducer import Look, of_command
-from grader.checking.student import Answers, Bench, Student, Wrong, without_answers
+from grader.checking.student import Answers, Bench, Student, Wrong
 
 # A share of draws may be that many standard deviations away from its probability, and a little.
 DEVIATIONS, SLACK = 4.5, 0.01
+# Cosine between the refracted direction and the one that arrives: above, it is a copy.
+COPY = 1 - 1e-6
 
 
 # ---- TP5.B1: refracted_ray, glass_color ---------------------------------------------------------
@@ -47,6 +47,7 @@ def test_refracted_ray_leaving(student: Student) -> None:
 @pytest.mark.check("tp5.refracted_ray.total")
 def test_refracted_ray_total(student: Student) -> None:
     """On total reflection: false, and nothing is written."""
+    refracting(student)
     for trial in student.trials("refracted_ray.total"):
         trial.expect("result")
         trial.expect_kept("out", where=trial.refused)
@@ -55,10 +56,22 @@ def test_refracted_ray_total(student: Student) -> None:
 @pytest.mark.check("tp5.refracted_ray.fields")
 def test_refracted_ray_fields(student: Student) -> None:
     """The refracted ray starts off the surface, one deeper, with the seed that goes on."""
-    for trial in student.trials("refracted_ray.entering"):
+    for trial in refracting(student):
         expect_origin(trial, passing(trial))
         expect_fresh(trial, passing(trial))
         trial.expect("out.depth", "out.seed")
+
+
+def refracting(student: Student) -> list[Answers]:
+    """Return the answers to rays that enter, if they are refracted and bend."""
+    trials = student.trials("refracted_ray.entering")
+    for trial in trials:
+        way, came = unit(trial.got("out.dir")), unit(trial.batch.args["in"]["dir"])
+        copied = np.einsum("ij,ij->i", way, came) > COPY
+        if not (trial.got("result")[passing(trial)].mean() > 0.5 and copied.mean() < 0.5):
+            trial.expect("result")
+            trial.expect("out.dir", by=unit)
+    return trials
 
 
 def draws(student: Student, suite: str) -> Iterator[tuple[Answers, Array]]:
@@ -119,130 +132,58 @@ def test_glass_color_plain(student: Student) -> None:
 
 @pytest.mark.check("tp5.glass_color.one_ray")
 def test_glass_color_one_ray(student: Student) -> None:
-    """Each call follows one ray: the reflected one or the refracted one."""
-    for trial, mirrored in draws(student, "glass_color.odds"):
-        got = trial.got("result")
-        # What a refracted ray sees is one colour; a mixture with the other fails the odds.
-        others = got[~mirrored]
-        floor = others[0] if len(others) else got[0]
-        one = ~far(got, np.broadcast_to(floor, got.shape), trial.batch.tolerance)
-        trial.complain(~(one | mirrored), "failure.two_rays", got=got)
+    """Each call follows one ray, the reflected one or the refracted one; both occur."""
+    both = False
+    for trial, mirrored, refracted in followed(student, "glass_color.odds"):
+        trial.complain(~(mirrored | refracted), "failure.two_rays", got=trial.got("result"))
+        both |= bool(mirrored.any() and (~mirrored).any())
+    if not both:
+        check_share(student, trial, mirrored, odds(trial))
+
+
+@pytest.mark.check("tp5.glass_color.total")
+def test_glass_color_total(student: Student) -> None:
+    """On total reflection the reflected ray is followed, always."""
+    if not any((~mirrored).any() for _, mirrored in draws(student, "glass_color.odds")):
+        next(draws(student, "glass_color.odds"))[0].expect("result")  # never anything else
+    for trial, mirrored in draws(student, "glass_color.total"):
+        trial.complain(~mirrored, "failure.not_total", got=trial.got("result"))
+
+
+@pytest.mark.check("tp5.glass_color.seed")
+def test_glass_color_seed(student: Student) -> None:
+    """The draw moves the seed on, and the bounced ray goes on from there."""
+    for trial, mirrored, refracted in followed(student, "glass_color.twice"):
+        still = trial.got("in.seed") == trial.batch.args["in"]["seed"]
+        values = {"got": trial.got("in.seed"), "expected": trial.batch.answers[0].out["in"]["seed"]}
+        trial.complain(still, "failure.output", what="in->seed", **values)
+        seen = np.ptp(trial.got("result"), axis=0).max()
+        wrong = ~(mirrored | refracted) | (seen < 1e-3)
+        trial.complain(wrong, "failure.seed_lost", got=trial.got("result"))
+
+
+def followed(student: Student, suite: str) -> Iterator[tuple[Answers, Array, Array]]:
+    """Yield each trial of glass_color, and which calls gave what either ray sees.
+
+    The rays are those of the submission's own functions, with the seed that the call has left.
+    """
+    with student.bench() as bench:
+        for batch in student.batches(suite):
+            trial = bench.trial(batch)
+            out = bench.core.zeros("ray", batch.count)
+            came = {"out": out, "in": trial.got("in"), "it": batch.args["it"]}
+            sides = []
+            for name in ("reflected_ray", "refracted_ray"):
+                way = bench.again(Batch(name, came, {})).got("out")
+                seen = bench.again(Batch("trace_ray", {"r": way}, {})).got("result")
+                sides.append(~far(trial.got("result"), seen, trial.batch.tolerance))
+            yield trial, sides[0], sides[1]
 
 
 def odds(trial: Answers) -> float:
     """Return the probability of the reflected ray: Schlick, with kr of the indices 1 and n."""
     args = trial.batch.args
-    cosine = -float(args["in"]["dir"][0] @ args["it"]["normal"][0])
+    cosine = abs(float(args["in"]["dir"][0] @ args["it"]["normal"][0]))
     index = float(args["it"]["mat"]["refraction_index"][0])
     kr = ((1 - index) / (1 + index)) ** 2
     return kr + (1 - kr) * (1 - cosine) ** 5
-
-
-# ---- TP5.B2: populate_spheres -------------------------------------------------------------------
-
-
-def grown(bench: Bench, batch: Batch, case: int) -> tuple[Array, str]:
-    """Call populate_spheres; return the spheres of the scene, and the text of the call."""
-    bench.prepare(batch)
-    text = call(batch, case)
-    bench.call("populate_spheres", text, *(column[case] for column in batch.args.values()))
-    count = int(bench.session.get("object_count"))
-    most = int(bench.core.constants["SCENE_SIZE"])
-    if not 0 <= count <= most:
-        raise Wrong("failure.overflow", call=text, got=count, most=most)
-    return bench.session.get("scene", count), text
-
-
-def evidence(batch: Batch, case: int, count: int) -> Evidence:
-    """Return the C program of a call, which says how many spheres there are."""
-    args = [column[case] for column in batch.args.values()]
-    look = Look("object_count", count)
-    return Evidence(reproducer=of_command("populate_spheres", args, batch, look))
-
-
-def scenes(student: Student) -> list[tuple[Batch, int, Array, str]]:
-    """Return each call's batch and number, its spheres and its text."""
-    (batch,) = student.batches("populate_spheres.any")
-    with student.bench() as bench:
-        made = [(batch, k, *grown(bench, batch, k)) for k in range(batch.count)]
-    for _, k, spheres, _ in made:
-        if int(batch.args["depth"][k]) == 1:
-            note_family(student, batch, k, spheres)
-    return made
-
-
-def note_family(student: Student, batch: Batch, k: int, spheres: Array) -> None:
-    """Put down what one generation of children is like, whatever their directions."""
-    radius, up = float(batch.args["radius"][k]), batch.args["up"][k]
-    ways = spheres["center"] - spheres["center"][:1]
-    sums = [spheres["radius"].sum(), np.linalg.norm(ways, axis=1).sum()]
-    got = np.array([[len(spheres), *sums, (ways @ up < -batch.tolerance).sum()]])
-    right = np.array([[4, 1.75 * radius, 3.75 * radius, 0]])
-    student.observations.note("family", got, far(got, right, batch.tolerance), batch.tolerance)
-
-
-def family(spheres: Array, tolerance: float) -> tuple[Array, Array]:
-    """Return, for each sphere after the first, its parent's number and its distance to touching.
-
-    The parent is the sphere of four times its radius that it comes nearest to touching.
-    """
-    center, radius = spheres["center"].astype(np.float64), spheres["radius"].astype(np.float64)
-    with np.errstate(invalid="ignore", divide="ignore"):  # a NaN fits nowhere
-        distance = np.linalg.norm(center[1:, None] - center[None], axis=2)
-        gap = np.abs(distance - 1.25 * radius[None]) / radius[None]
-        fits = np.abs(radius[1:, None] * 4 - radius[None]) <= tolerance * 4 * radius[1:, None]
-    gap = np.where(fits & ~np.isnan(gap), gap, np.inf)
-    return gap.argmin(axis=1), gap.min(axis=1)
-
-
-@pytest.mark.check("tp5.populate_spheres.count")
-def test_populate_spheres_count(student: Student) -> None:
-    """Depth 0 adds one sphere, the one asked for; depth n adds (3^(n+1) - 1) / 2."""
-    for batch, k, spheres, text in scenes(student):
-        wanted = (3 ** (int(batch.args["depth"][k]) + 1) - 1) // 2
-        if len(spheres) != wanted:
-            wrong = Wrong("failure.spheres", call=text, got=len(spheres), expected=wanted)
-            raise wrong.showing(evidence(batch, k, wanted))
-        first = np.append(spheres["center"][0], spheres["radius"][0])
-        asked = np.append(batch.args["center"][k], batch.args["radius"][k])
-        if far(first[None], asked[None], batch.tolerance)[0]:
-            raise Wrong("failure.first", call=text, **pair(first, asked))
-
-
-@pytest.mark.check("tp5.populate_spheres.tangency")
-def test_populate_spheres_tangency(student: Student) -> None:
-    """Each child has a quarter of its parent's radius, and touches it."""
-    for batch, k, spheres, text in scenes(student):
-        if batch.args["depth"][k] and len(spheres) < 4:
-            wrong = Wrong("failure.spheres", call=text, got=len(spheres), expected=4)
-            raise wrong.showing(evidence(batch, k, 4))
-        if len(spheres) > 1:
-            _, gap = family(spheres, batch.tolerance)
-            for each in np.flatnonzero(~(gap <= 10 * batch.tolerance)):
-                raise Wrong("failure.apart", call=text, sphere=value(spheres[each + 1]))
-
-
-@pytest.mark.check("tp5.populate_spheres.hemisphere")
-def test_populate_spheres_hemisphere(student: Student) -> None:
-    """The children stand above their parent, in three directions."""
-    for batch, k, spheres, text in scenes(student):
-        if int(batch.args["depth"][k]) == 1 and len(spheres) == 4:
-            up = batch.args["up"][k].astype(np.float64)
-            ways = unit(spheres["center"][1:] - spheres["center"][0])
-            for each in np.flatnonzero(~(ways @ up >= -batch.tolerance)):
-                raise Wrong("failure.below", call=text, sphere=value(spheres[each + 1]))
-            if (ways @ np.roll(ways, 1, axis=0).T).diagonal().max() > 0.99:
-                raise Wrong("failure.same_way", call=text)
-
-
-@pytest.mark.check("tp5.populate_spheres.full")
-def test_populate_spheres_full(student: Student) -> None:
-    """When the scene is full, it stops without writing beyond."""
-    (batch,) = student.batches("populate_spheres.any")
-    with student.bench() as bench:
-        deep = without_answers(batch, depth=np.full(batch.count, 11, np.int32))
-        most = int(bench.core.constants["SCENE_SIZE"])
-        spheres, text = grown(bench, deep, 0)
-        if len(spheres) != most:
-            wrong = Wrong("failure.spheres", call=text, got=len(spheres), expected=most)
-            raise wrong.showing(evidence(deep, 0, most))

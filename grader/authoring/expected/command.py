@@ -26,7 +26,7 @@ import numpy as np
 
 from grader.authoring.expected import mistake_bank
 from grader.authoring.expected.pictures import drift
-from grader.authoring.expected.vectors import octree, tp2, tp3, tp4, tp5
+from grader.authoring.expected.vectors import glass, mirrors, octree, patterns, tp2, tp3, tp4, tp5
 from grader.authoring.expected.vectors.maker import Recipe, Suite
 from grader.build import toolchain
 from grader.checking.comparison import far
@@ -45,6 +45,7 @@ from grader.evaluation.recognition import BANK
 from grader.execution.session import Library, Limits, open_core
 
 SEED = 2015
+PARTS = (tp2, tp3, patterns, tp4, mirrors, octree, tp5, glass)
 REFERENCE = ROOT / "reference"
 ROUNDING = 1e-5
 
@@ -91,7 +92,7 @@ def _reference() -> Iterator[Library]:
 
 def recipes() -> list[Recipe]:
     """Return how every suite is made, in the order of the TPs."""
-    return [each for tp in (tp2, tp3, tp4, octree, tp5) for each in tp.recipes()]
+    return [each for part in PARTS for each in part.recipes()]
 
 
 def suites(core: Library, seed: int) -> list[Suite]:

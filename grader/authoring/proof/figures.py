@@ -22,6 +22,7 @@ KEYS = (
     *("half_written", "half_written_shown", "half_right", "half_right_calm"),
     *("mutants", "equivalent", "mutation_score", "mutation_score_worst_function"),
     *("variants", "variants_full", "runs", "flaky"),
+    *("sentences", "sentences_broken", "breaches", "breaches_caught"),
 )
 PROOF = FOLDER / "proof.json"
 README = ROOT / "README.md"
@@ -78,6 +79,11 @@ _LINES = (
         "{half_written:.0f} half-written programs with one, without the reference",
         "in {half_written_shown:.0f} it is shown at its exercise, and nothing else is red;"
         " {half_right_calm:.0f} of {half_right:.0f} right ones have nothing red",
+    ),
+    (
+        "{sentences:.0f} sentences of the contracts",
+        "{sentences_broken:.0f} can be broken: {breaches_caught:.0f} of {breaches:.0f} programs"
+        " that break one, and nothing else, lose points there",
     ),
     (
         "{pairs:.0f} pairs of mistakes",

@@ -31,7 +31,7 @@ def caught_soon(kit: Kit, mutant: Mutant, first: str) -> str:
     Only the checks of the exercises that own the function are run. `first` is a check to begin
     with, "" for none: the one that has caught it before.
     """
-    return next((each.id for each in _order(mutant, first) if _fails(kit, each)), "")
+    return next((each.id for each in _order(mutant, first) if fails(kit, each)), "")
 
 
 def caught_late(mutant: Mutant, cache: Path) -> str:
@@ -50,7 +50,7 @@ def _of(exercise: str) -> Sequence[Check]:
     return exercises.load().exercise(exercise).checks
 
 
-def _fails(kit: Kit, check: Check) -> bool:
+def fails(kit: Kit, check: Check) -> bool:
     """Say whether a check costs points."""
     exercise = exercises.load().exercise(check.exercise)
     student = Student(kit, FOLDER, exercise.functions)

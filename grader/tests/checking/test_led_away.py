@@ -22,9 +22,9 @@ SLOPE = "float slope = vector_dot(r->dir, obj->normal)"
 CASES = {
     "depth limit": (
         [("r->depth > options.max_depth", "r->depth >= 5")],
-        "tp2.trace_ray.object",
-        "Only the rays of depth 5 or more are wrong.",
-        "What depth do these rays have, and what do you compare it with?",
+        "tp2.trace_ray.depth",
+        "Only the rays of depth 6 or more are wrong.",
+        "From which depth on is your ray black?",
         "What do you do with it when nearest_hit returns true?",
     ),
     "true for a miss": (
@@ -43,9 +43,9 @@ CASES = {
     ),
     "position": (
         [("it->position = ray_at(*r, t)", "it->position = vector_init(0.f, 0.f, 0.f)")],
-        "tp2.intersect_sphere.scaled",
+        "tp2.intersect_sphere.position",
         "it->position is (0, 0, 0)",
-        "Which point of the ray does t stand for",
+        "On which parameters does your answer depend, and on which ones should it?",
         "What is a = dir.dir here?",
     ),
     "a light that fades": (
@@ -54,13 +54,6 @@ CASES = {
         "the three channels are right but for one common factor, which is not always the same",
         "By what do you multiply, or divide, the whole colour",
         "What is the direction from the point to the light, and how long is it?",
-    ),
-    "samples": (
-        [("1.f / (float)(side * side)", "1.1f / (float)(side * side)")],
-        "tp5.pixel_color.used",
-        "In the picture of raytrace, pixel (",
-        "raytrace does take its colours from pixel_color",
-        "What does raytrace do when options.samples is larger than 1?",
     ),
     "whole number": (
         [("out->seed = in->seed", "out->seed = 1")],

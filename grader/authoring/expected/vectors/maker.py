@@ -102,13 +102,28 @@ class Maker:
             made[name] = value
         return made
 
+    def used(self, rays: Array, first: int, low: Array | float, high: Array | float) -> Array:
+        """Return rays that have been used before; the `first` ones stay as ray_init makes them.
+
+        Their range ends somewhere from where they have counted so far to `low` at its beginning,
+        and to `high` at its end.
+        """
+        made, count = rays.copy(), len(rays)
+        made["tmin"] = low * self.uniform(0, 0.9, count)
+        made["tmax"] = high * self.uniform(1.1, 9, count)
+        made["depth"] = self.rng.integers(0, 9, count)
+        made["seed"] = self.rng.integers(2, 1 << 32, count, dtype=np.uint32)
+        made[:first] = rays[:first]
+        return made
+
     def materials(self, count: int, **fields: Any) -> Array:
-        """Return opaque materials; fields that are not given are drawn."""
+        """Return opaque materials without pattern; fields that are not given are drawn."""
         made = self.core.zeros("material", count)
-        made["kd"] = self.uniform(0.05, 0.95, count, 3)
-        made["ks"] = self.uniform(0.05, 0.95, count, 3)
-        made["kr"] = self.uniform(0.05, 0.95, count, 3)
+        for name in ("kd", "ks", "kr", "kd2"):
+            made[name] = self.uniform(0.05, 0.95, count, 3)
         made["shininess"] = self.uniform(1, 200, count).round()
+        made["pattern_origin"] = self.uniform(-1, 1, count, 3)
+        made["pattern_size"] = self.uniform(0.5, 2, count)
         made["user"] = self.uniform(0, 1, count, 4)
         for name, value in fields.items():
             made[name] = value
@@ -143,6 +158,10 @@ class Maker:
         for name, value in values.items():
             made[name] = value
         return made
+
+    def switches(self, **changed: Any) -> dict[str, Array]:
+        """Return globals for what has no reason to look at anything but the options."""
+        return {"options": self.options(**changed)}
 
     def world(
         self, scene: Array | None = None, lights: Array | None = None, **changed: Any
@@ -262,7 +281,9 @@ def _apart(one: Batch, other: Batch) -> Array:
     if first.result is not None and second.result is not None:
         parts.append((first.result, second.result))
     if "it" in first.out:
-        parts.append((first.out["r"]["tmax"], second.out["r"]["tmax"]))
+        # A t in short steps moves far.
+        scale = np.maximum(1, first.out["r"]["tmax"] / 50)
+        parts.append((first.out["r"]["tmax"] / scale, second.out["r"]["tmax"] / scale))
         parts.append((first.out["it"]["normal"], second.out["it"]["normal"]))
     for a, b in parts:
         wide = np.abs(a.astype(np.float64) - b.astype(np.float64))

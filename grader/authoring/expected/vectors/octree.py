@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from grader.authoring.expected.vectors import solids, tp2
+from grader.authoring.expected.vectors import solids
 from grader.authoring.expected.vectors.maker import (
     Maker,
     Recipe,
@@ -17,6 +17,7 @@ from grader.authoring.expected.vectors.maker import (
     result,
     stack,
 )
+from grader.authoring.expected.vectors.scenes import cloud, towards
 from grader.authoring.expected.vectors.tp4 import YES_OR_NO, asked, ball
 from grader.checking.expected_data import Array, Batch
 
@@ -39,31 +40,35 @@ def _searches(m: Maker, scenes: list[Array]) -> list[Batch]:
     made = []
     simple = m.rays([(0, 0, 5), (0, 9, 0)], [(0, 0, -1), (0, 0, 1)])
     for scene in scenes:
-        args = {"r": stack(simple, tp2.towards(m, scene, 160))}
-        args["it"] = m.blank("intersection", 162)
+        rays = m.used(stack(simple, towards(m, scene, 160)), 60, 1, 200)
+        args = {"r": rays, "it": m.blank("intersection", 162)}
         batch = Batch("intersect_scene", args, m.world(scene, octree=True))
         made.append(m.steady(batch, "r.orig"))
     return made
 
 
 def _hits(m: Maker) -> list[Batch]:
-    scenes = [ball(m), tp2.cloud(m, 30), _crowd(m)]
+    scenes = [ball(m), cloud(m, 30), _crowd(m)]
     made = [*_searches(m, scenes), _each(m, scenes[-1])]
     return [only(each, result(m.ask(each))) for each in made]
 
 
 def _misses(m: Maker) -> list[Batch]:
-    made = _searches(m, [tp2.cloud(m, 30), _crowd(m)])
+    made = _searches(m, [cloud(m, 30), _crowd(m)])
     return [only(each, ~result(m.ask(each))) for each in made]
 
 
 def _planes(m: Maker) -> list[Batch]:
-    """Return rays that meet planes only: in the tree, nothing."""
-    flat = tp2.cloud(m, 6, planes=2)
-    down = m.rays(floats([(20, 0, 20), (30, 3, 0)]), floats([0, -1, 0]))
-    args = {"r": down, "it": m.blank("intersection", 2)}
-    balls = Batch("intersect_scene", args, m.world(flat[flat["type"] == 1], octree=True))
-    return [replace(balls, globals=m.world(flat, octree=True), answers=m.ask(balls).answers)]
+    """Return rays that meet a plane, inside the box of all the spheres, and none of these."""
+    balls = cloud(m, 6)
+    flat = m.objects("PLANE", 1, normal=(0, 1, 0), dist=0)
+    across = m.uniform(-2, 2, 200, 3) * floats([1, 0, 1])
+    away = m.unit(200) * 6
+    args = {"r": m.rays(across + away, norm1(-away)), "it": m.blank("intersection", 200)}
+    alone = m.steady(Batch("intersect_scene", args, m.world(balls, octree=True)), "r.orig")
+    misses = only(alone, ~result(m.ask(alone)))
+    answered = m.ask(misses).answers
+    return [replace(misses, globals=m.world(stack(balls, flat), octree=True), answers=answered)]
 
 
 def _crowd(m: Maker) -> Array:
@@ -100,6 +105,11 @@ def _overlaps(m: Maker) -> list[Batch]:
     reach = (corner + sides)[beside, axis] + objects["radius"][beside] / 2
     objects["center"][beside, axis] = reach
     objects["center"][:3] = [(0.5, 0.5, 0.5), (20, 0, 0), (0.5, 0.5, 1.5)]
+    # One that touches a face, and boxes that lie well inside.
+    objects["center"][3], objects["radius"][3] = (2, 0.5, 0.5), 1
+    boxes["min"][3], boxes["max"][3] = 0, 1
+    objects["radius"][5::8] = 9
+    objects["center"][5::8] = corner[5::8] + 1
     planes = m.objects("PLANE", 6, normal=(0, 1, 0), dist=m.uniform(-1, 1, 6))
     args = {"b": stack(boxes, boxes[:6]), "obj": stack(objects, planes)}
     return [Batch("box_overlaps_object", args, {})]

@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from grader.authoring.expected.vectors import solids
+from grader.authoring.expected.vectors import kinds, scenes, solids
 from grader.authoring.expected.vectors.maker import (
     Maker,
     Question,
@@ -19,19 +19,21 @@ from grader.authoring.expected.vectors.maker import (
     result,
     stack,
 )
+from grader.authoring.expected.vectors.scenes import cloud, row_of_spheres, search, towards
 from grader.authoring.expected.vectors.solids import Solid
 from grader.checking.expected_data import SIZE, Array, Batch
 
 EXACT_ENOUGH = 2e-4
+DIM = 0.95  # of a channel: not limited by who limits colours to 1
 COLOR = 2e-3
 COLOR_REASON = "float and double differ by less in the last bits of a direction times a lobe"
-Shapes = Mapping[str, Callable[[Solid], Batch]]
+Shapes = Mapping[str, Callable[[Solid], Batch | list[Batch]]]
 COPIED = "a colour is copied, or a few float operations away"
 
 
 def recipes() -> list[Recipe]:
     """Return how the suites of TP2 are made."""
-    return [*_camera(), *_solids(), *_scenes(), *_traced()]
+    return [*_camera(), *_solids(), *scenes.recipes(), *_traced()]
 
 
 # ---- The camera ---------------------------------------------------------------------------------
@@ -81,16 +83,16 @@ def _cameras(m: Maker) -> list[Array]:
 
 def _solids() -> list[Recipe]:
     closed: Shapes = {"inside": Solid.inside, "caps": _caps}
-    kinds: dict[str, tuple[Callable[[Maker], Solid], Shapes]] = {
-        "sphere": (solids.spheres, {"inside": Solid.inside}),
-        "plane": (solids.planes, {"parallel": _parallel}),
-        "cylinder": (solids.cylinders, closed),
-        "cone": (solids.cones, closed),
+    types: Mapping[str, tuple[Callable[[Maker], Solid], Shapes]] = {
+        "sphere": (kinds.spheres, {"inside": Solid.inside}),
+        "plane": (kinds.planes, {"parallel": _parallel, "grazing": kinds.grazing}),
+        "cylinder": (kinds.cylinders, closed),
+        "cone": (kinds.cones, closed),
     }
     return [
         solids.recipe(solid, f"intersect_{kind}", name, make)
-        for kind, (solid, others) in kinds.items()
-        for name, make in {**solids.EVERY, **others}.items()
+        for kind, (solid, others) in types.items()
+        for name, make in (*solids.EVERY.items(), *others.items())
     ]
 
 
@@ -117,91 +119,9 @@ def _parallel(solid: Solid) -> Batch:
     objects["normal"][3:6], objects["normal"][6:] = (1, 0, 0), (0, 0, 1)
     objects["dist"] = np.tile([1, 2, 0], 3)
     ways = np.roll(objects["normal"], 1, axis=1)
-    return solid.batch({"r": m.rays(np.zeros((9, 3)), ways), "obj": objects})
-
-
-# ---- Scenes -------------------------------------------------------------------------------------
-
-
-def row_of_spheres(m: Maker, order: list[int]) -> Array:
-    """Return three unit spheres behind one another along z, at z = -4, 0, 4, in an order."""
-    made = m.objects("SPHERE", 3, center=(0, 0, 0), radius=1)
-    made["center"][:, 2] = (-4, 0, 4)
-    return made[order]
-
-
-def cloud(m: Maker, count: int, planes: int = 0) -> Array:
-    """Return spheres drawn in a box, and planes below and beside it."""
-    made = m.objects("SPHERE", count, center=m.uniform(-3, 3, count, 3))
-    made["radius"] = m.uniform(0.3, 1.2, count)
-    # Dim mirrors: whether the depth may reach its limit or not shows in no picture.
-    made["mat"]["ks"] *= 0.4
-    made["mat"]["kr"] *= 0.4
-    flat = m.objects("PLANE", planes, normal=(0, 1, 0), dist=4)
-    flat["normal"][1:] = norm1((1, 0.2, -1))
-    flat["dist"][1:] = 6
-    return stack(made[: count // 2], flat, made[count // 2 :])
-
-
-def towards(m: Maker, scene: Array, count: int) -> Array:
-    """Return rays from around the scene towards its spheres."""
-    balls = scene[scene["type"] == int(m.core.constants["SPHERE"])]
-    target = balls["center"][m.rng.integers(len(balls), size=count)] + m.uniform(-1, 1, count, 3)
-    start = m.unit(count) * m.uniform(8, 12, count, 1)
-    return m.rays(start, norm1(target - start))
-
-
-def _search(m: Maker, scene: Array, rays: Array) -> Batch:
-    args = {"r": rays, "it": m.blank("intersection", len(rays))}
-    batch = Batch("intersect_scene", args, m.world(scene, shading=False))
-    return m.steady(batch, "r.orig") if len(scene) else batch
-
-
-def _scenes() -> list[Recipe]:
-    suites = {"nearest": _nearest, "meets": _meets, "kinds": _kinds, "nothing": _nothing}
-    return [
-        Recipe(f"intersect_scene.{name}", partial(_searched, make), *solids.EXACTNESS)
-        for name, make in suites.items()
-    ]
-
-
-def _searched(make: Callable[[Maker], list[Batch]], m: Maker) -> list[Question]:
-    return [Question(each) for each in make(m) if each.count]
-
-
-def _along_z(m: Maker) -> Array:
-    return m.rays([(0, 0, 9), (0, 0, -9), (0, 0, 2)], [(0, 0, -1), (0, 0, 1), (0, 0, -1)])
-
-
-def _drawn(m: Maker, count: int) -> list[Batch]:
-    """Return rays towards the spheres of scenes of several sizes."""
-    clouds = [cloud(m, size) for size in (4, 9, 16)]
-    return [_search(m, scene, towards(m, scene, count)) for scene in clouds]
-
-
-def _nearest(m: Maker) -> list[Batch]:
-    orders = ([0, 1, 2], [2, 1, 0])
-    rows = [_search(m, row_of_spheres(m, order), _along_z(m)) for order in orders]
-    return [only(each, result(m.ask(each))) for each in rows + _drawn(m, 60)]
-
-
-def _meets(m: Maker) -> list[Batch]:
-    aside = m.rays([(0, 5, 9), (0, 0, 9)], [(0, 0, -1), (0, 0, 1)])
-    single = m.objects("SPHERE", 1, center=(0, 0, 0), radius=1)
-    return [_search(m, single, stack(_along_z(m)[:1], aside)), *_drawn(m, 30)]
-
-
-def _kinds(m: Maker) -> list[Batch]:
-    kinds = [cloud(m, 2, planes=1), cloud(m, 6, planes=2)]
-    return [_search(m, scene, towards(m, scene, 50)) for scene in kinds]
-
-
-def _nothing(m: Maker) -> list[Batch]:
-    meets = _meets(m)
-    # Last, and along rays that would meet what a larger scene has left behind in scene[0].
-    left = towards(m, meets[-1].globals["scene"][:1], 9)
-    empty = _search(m, m.core.zeros("object", 0), stack(_along_z(m), left))
-    return [*[only(each, ~result(m.ask(each))) for each in meets], empty]
+    rays = m.rays(np.zeros((9, 3)), ways)
+    rays["tmin"][::2] = 0.5
+    return solid.batch({"r": rays, "obj": objects})
 
 
 # ---- Colours ------------------------------------------------------------------------------------
@@ -214,7 +134,14 @@ def lit(m: Maker, scene: Array, **changed: bool) -> dict[str, Array]:
 
 
 def _traced() -> list[Recipe]:
-    suites = {"object": _colors, "sky": _skies, "depth": _deep}
+    suites = {
+        "object": _colors,
+        "sky": _skies,
+        "depth": _deep,
+        "lit": _lit,
+        "pattern": _patterned,
+        "bright": _bright,
+    }
     made = [Recipe(f"trace_ray.{k}", make, COLOR, COLOR_REASON) for k, make in suites.items()]
     return [*made, Recipe("raytrace", lambda m: [_picture(m)], COLOR, COPIED)]
 
@@ -223,14 +150,15 @@ def _seen(m: Maker) -> list[tuple[Batch, Batch]]:
     """Return calls of trace_ray in several scenes: those that meet an object, and the others."""
     simple = m.rays([(0, 0, 9)], [(0, 0, -1)])
     first = (row_of_spheres(m, [0, 1, 2]), simple)
-    scenes = [first, *((s, towards(m, s, 40)) for s in (cloud(m, 5), cloud(m, 9)))]
+    scenes = [
+        first,
+        *((s, towards(m, s, 40)) for s in (cloud(m, 5), cloud(m, 9))),
+    ]
     made = []
     for scene, rays in scenes:
-        search = _search(m, scene, stack(rays, m.rays([(0, 20, 9)], [(0, 0, -1)])))
-        hit = result(m.ask(search))
-        found, lost = search.args["r"][hit], search.args["r"][~hit]
-        found["depth"] = m.rng.integers(0, 8, len(found))
-        found["depth"][0] = 0
+        batch = search(m, scene, stack(rays, m.rays([(0, 20, 9)], [(0, 0, -1)])))
+        hit = result(m.ask(batch))
+        found, lost = batch.args["r"][hit], batch.args["r"][~hit]
         batch = Batch("trace_ray", {"r": found}, lit(m, scene))
         made.append((batch, replace(batch, args={"r": lost})))
     return made
@@ -241,16 +169,61 @@ def _colors(m: Maker) -> list[Question]:
 
 
 def _skies(m: Maker) -> list[Question]:
-    return [m.stages(lost) for _, lost in _seen(m)]
+    lost = [lost for _, lost in _seen(m)]
+    empty = replace(lost[0], globals=lit(m, m.core.zeros("object", 0)))
+    return [m.stages(each) for each in (*lost, empty)]
 
 
 def _deep(m: Maker) -> list[Question]:
+    """Return rays that have bounced often, then too often, then for another limit.
+
+    Of those that have bounced too often, some would meet nothing.
+    """
     made = []
-    for found, _ in _seen(m):
-        deep = stack(found.args["r"], found.args["r"])
-        deep["depth"][: found.count] = 12 - np.arange(found.count) % 2
-        made.append(_to_the_limit(m, replace(found, args={"r": deep})))
+    for found, lost in _seen(m):
+        for limit, depths in ((10, (0, 2, 4, 6, 8)), (10, (11, 12)), (3, (0, 2, 4, 9))):
+            deep = stack(found.args["r"], *([lost.args["r"]] if max(depths) > limit else []))
+            deep["depth"][: found.count] = np.resize(depths, found.count)
+            deep["depth"][found.count :] = depths[-1]
+            question = _to_the_limit(m, replace(found, args={"r": deep}))
+            for each in (question.batch, *question.variants):
+                each.globals["options"]["max_depth"] += limit - 10
+            made.append(question)
     return made
+
+
+def _lit(m: Maker) -> list[Question]:
+    """Return rays of several depths and ranges in scenes with lights and mirrors."""
+    made = []
+    for count in (3, 6):
+        scene = cloud(m, count, planes=2)
+        scene["mat"]["ks"][::2] = (0.9, 0.8, 0.7)
+        scene["mat"]["kr"][::2] = (0.9, 0.8, 0.7)
+        batch = search(m, scene, towards(m, scene, 60))
+        rays = batch.args["r"].copy()
+        first = m.ask(batch).answers[0].out["r"]["tmax"]
+        turn = np.arange(len(rays)) % 5
+        rays["depth"] = np.choose(turn, (0, 1, 0, 9, 2))
+        rays["tmax"] = np.where(turn == 2, first * 0.7, 1000)
+        batch = m.ask(Batch("trace_ray", {"r": rays}, lit(m, scene, octree=True)))
+        made.append(Question(only(replace(batch, answers=()), result(batch).max(axis=1) < DIM)))
+    return made
+
+
+def _bright(m: Maker) -> list[Question]:
+    """Return rays that meet objects of more than full colour."""
+    found = _seen(m)[1][0]
+    found.globals["scene"]["mat"]["kd"] *= 4
+    return [m.stages(found)]
+
+
+def _patterned(m: Maker) -> list[Question]:
+    """Return rays that meet objects with a pattern, without lights."""
+    scene = cloud(m, 5, planes=2)
+    scene["mat"]["pattern"] = int(m.core.constants["PATTERN_CHECKER"])
+    batch = search(m, scene, towards(m, scene, 60))
+    hits = only(batch, result(m.ask(batch)))
+    return [m.stages(Batch("trace_ray", {"r": hits.args["r"]}, lit(m, scene)))]
 
 
 def _to_the_limit(m: Maker, batch: Batch) -> Question:

@@ -1,4 +1,4 @@
-"""TP4: shadows and mirrors."""
+"""TP4: shadows."""
 
 from __future__ import annotations
 
@@ -8,15 +8,16 @@ from functools import partial
 
 import numpy as np
 
-from grader.authoring.expected.vectors import tp2
 from grader.authoring.expected.vectors.maker import (
     Maker,
     Question,
     Recipe,
     floats,
     norm1,
+    stack,
 )
-from grader.authoring.expected.vectors.tp2 import COLOR, COLOR_REASON, EXACT_ENOUGH
+from grader.authoring.expected.vectors.scenes import cloud
+from grader.authoring.expected.vectors.tp2 import COLOR, COLOR_REASON
 from grader.checking.expected_data import Array, Batch
 
 CASES = 120
@@ -25,8 +26,8 @@ YES_OR_NO = "the answer is yes or no"
 
 
 def recipes() -> list[Recipe]:
-    """Return how the suites of TP4 are made."""
-    return [*_shadows(), *_reflections(), *_mirrors()]
+    """Return how the suites of shadows are made."""
+    return _shadows()
 
 
 def asked(make: Callable[[Maker], list[Batch]], m: Maker) -> list[Question]:
@@ -37,15 +38,21 @@ def asked(make: Callable[[Maker], list[Batch]], m: Maker) -> list[Question]:
 # ---- Shadows ------------------------------------------------------------------------------------
 
 
-def _barred(m: Maker, scene: Array, position: Array, light: Array, normal: Array) -> Batch:
-    hits = m.hits(position, normal, m.materials(len(position)))
-    lights = m.lights(light, (1, 1, 1))
-    return Batch("in_shadow", {"it": hits, "from": lights}, m.world(scene))
+def _barred(m: Maker, scene: Array, position: Array, light: Array, **settings: Array) -> Batch:
+    """Return points and one light, which is that of the scene unless `settings` say otherwise."""
+    way = norm1(light - position) if (light != position).any() else floats([[0, 1, 0]])
+    hits = m.hits(position, way, m.materials(len(position)))
+    lights = m.lights(np.repeat(light, len(position), axis=0), (1, 1, 1))
+    world = {**m.world(scene, lights[:1]), **settings}
+    return Batch("in_shadow", {"it": hits, "from": lights}, world)
 
 
 def _shadows() -> list[Recipe]:
     suites: dict[str, Callable[[Maker], list[Batch]]] = {
         "blocked": _blocked,
+        "near": _close,
+        "kinds": _kinds,
+        "which": _which,
         "beyond": partial(_in_between, 1),
         "behind": partial(_in_between, -1),
         "own": _own,
@@ -64,64 +71,97 @@ def ball(m: Maker) -> Array:
 
 
 def _blocked(m: Maker) -> list[Batch]:
-    plain = _barred(
-        m,
-        ball(m),
-        floats([(0, -3, 0), (3, 0, 0), (0, -3, 0), (0, 3, 0)]),
-        floats([(0, 3, 0), (3, 5, 0), (5, -3, 0), (0, -3, 0)]),
-        floats([0, 1, 0]),
-    )
-    cloud = tp2.cloud(m, 9)
-    start = m.unit(CASES) * 6
-    light = np.asarray(-start + m.uniform(-4, 4, CASES, 3), np.float32)
-    drawn = _barred(m, cloud, start, light, norm1(light - start))
-    drawn = m.steady(m.steady(drawn, "it.position", 0.05), "from.position", 0.05)
-    return [plain, drawn, _close(m)]
+    """Return points around spheres, far from them, and one light each time."""
+    plain = [
+        _barred(m, ball(m), floats([(0, -3, 0), (3, 0, 0)]), floats([(0, 3, 0)])),
+        _barred(m, ball(m), floats([(0, -3, 0), (3, 0, 0)]), floats([(5, 4, 0)])),
+    ]
+    return [*plain, *_drawn(m, cloud(m, 9))]
 
 
-def _close(m: Maker) -> Batch:
+def _drawn(m: Maker, scene: Array) -> list[Batch]:
+    """Return points at random around a scene, on several sides of it."""
+    made = []
+    for light in m.unit(3) * 7:
+        start = np.asarray(m.unit(CASES) * 6, np.float32)
+        batch = _barred(m, scene, start, light[None])
+        made.append(m.steady(m.steady(batch, "it.position", 0.05), "from.position", 0.05))
+    return made
+
+
+def _kinds(m: Maker) -> list[Batch]:
+    """Return objects of each kind in the way, of glass and of mirrors, alone and among others."""
+    floor = m.objects("PLANE", 1, normal=(0, 1, 0), dist=0)
+    tall = [
+        m.objects(kind, 1, base=(0, -1, 0), axis=(0, 1, 0), length=2, radius=1)
+        for kind in ("CYLINDER", "CONE")
+    ]
+    glass, mirror = ball(m), ball(m)
+    glass["mat"]["refraction_index"], mirror["mat"]["ks"] = 1.5, 1
+    place = floats([(0.1, -3, 0.1), (0.2, -2, 0), (9, -3, 0)])
+    single = [*floor[None], *tall, glass, mirror]
+    made = [_barred(m, each, place, floats([(0.1, 3, 0)])) for each in single]
+    return [*made, _barred(m, stack(cloud(m, 3), *tall), place, floats([(0.1, 3, 0)]))]
+
+
+def _which(m: Maker) -> list[Batch]:
+    """Return lights that are not the first of the scene's."""
+    place = floats([(0, -3, 0), (3, 0, 0)])
+    others = m.lights([(0, 3, 0), (9, -3, 0)], (1, 1, 1))
+    lights = [others[::-1], others]
+    ways = floats([(0, 3, 0), (9, -3, 0)])
+    return [
+        _barred(m, ball(m), place, way[None], lights=each)
+        for way, each in zip(ways, lights, strict=True)
+    ]
+
+
+def _close(m: Maker) -> list[Batch]:
     """Return points that a small sphere nearly touches, on their way to the light."""
-    light = floats([(0, 3, 0), (4, 0, 0), (0, 0, -5)])
-    small = m.objects("SPHERE", 3, center=norm1(light) * np.float32(0.03), radius=0.01)
-    return _barred(m, small, np.zeros((3, 3), np.float32), light, norm1(light))
+    made = []
+    for light in floats([(0, 3, 0), (4, 0, 0), (0, 0, -5)]):
+        center = norm1(light) * np.float32(0.03)
+        small = m.objects("SPHERE", 1, center=center, radius=0.01)
+        made.append(_barred(m, small, floats([(0, 0, 0)]), light[None]))
+    return made
 
 
 def _in_between(side: int, m: Maker) -> list[Batch]:
-    """Return a light and a point on the same side of one sphere: nothing lies between.
+    """Return a light and points on the same side of one sphere: nothing lies between.
 
     With side 1 the sphere is beyond the light, with -1 it is behind the point.
     """
-    count = 40
-    away = m.unit(count)
-    away[0] = (0, 1, 0)
-    near, far = away * m.uniform(1.3, 2, count, 1), away * m.uniform(3, 6, count, 1)
-    near[0], far[0] = (0, 2, 0), (0, 4, 0)
-    start, light = (far, near) if side == 1 else (near, far)
-    return [_barred(m, ball(m), start, light, norm1(light - start))]
+    made = []
+    for away in stack(floats([(0, 1, 0)]), m.unit(2)):
+        spread = 0.15 * m.unit(15)
+        spread[0] = 0
+        if side == 1:
+            light = away * np.float32(1.6)
+            place = light + (away + spread) * m.uniform(1, 4, 15, 1)
+        else:
+            light, place = away * np.float32(6), away * np.float32(1.6) + spread
+        made.append(_barred(m, ball(m), floats(place), light[None]))
+    return made
 
 
 def _own(m: Maker) -> list[Batch]:
     """Points on the surface of an object, lit from above: nothing else is in between."""
-    count = 60
-    normal, radius = m.unit(count), 1.5
-    normal[0] = (0, 1, 0)
-    light = (normal * 1.5 + m.around(normal, 0.2) * m.uniform(2, 9, count, 1)).astype(np.float32)
-    light[0] = (0, 5, 0)
-    ball = m.objects("SPHERE", 1, center=(0, 0, 0), radius=radius)
+    up, radius = floats([(0, 1, 0)]), np.float32(1.5)
+    normal = stack(up, m.around(np.tile(up, (60, 1)), 0.5))
+    sphere = m.objects("SPHERE", 1, center=(0, 0, 0), radius=radius)
     floor = m.objects("PLANE", 1, normal=(0, 1, 0), dist=0.2)
-    ground = m.uniform(-3, 3, count, 3)
+    ground = m.uniform(-3, 3, 60, 3)
     ground[0] = 0
     ground[:, 1] = -0.2
-    above = ground + m.around(np.tile(floats([0, 1, 0]), (count, 1)), 0.2) * 4
     return [
-        _barred(m, ball, normal * np.float32(radius), light, normal),
-        _barred(m, floor, ground, above, floats([0, 1, 0])),
+        _barred(m, sphere, normal * radius, floats([(0, 5, 0)])),
+        _barred(m, floor, ground, floats([(1, 4, 0)])),
     ]
 
 
 def _at_light(m: Maker) -> list[Batch]:
-    place = floats([(0, 2, 0), (3, 0, 0), (0, 0, -4)])
-    return [_barred(m, ball(m), place, place, floats([0, 1, 0]))]
+    places = floats([(0, 2, 0), (3, 0, 0), (0, 0, -4)])
+    return [_barred(m, ball(m), each[None], each[None]) for each in places]
 
 
 def _used(m: Maker) -> Question:
@@ -135,120 +175,3 @@ def _used(m: Maker) -> Question:
     scene = ball(m)
     batch = Batch("direct_light", {"it": hits, "v": v}, m.world(scene, lights, fresnel=False))
     return Question(batch, (replace(batch, globals=m.world(scene, lights, fresnel=True)),))
-
-
-# ---- Mirrors ------------------------------------------------------------------------------------
-
-
-def arriving(m: Maker, count: int, low: float = 0.1) -> tuple[Array, Array]:
-    """Return unit normals, and unit directions that arrive on their side; the first are plain."""
-    normal = m.unit(count)
-    normal[:2] = (0, 1, 0)
-    direction = -m.around(normal, low, 0.95)
-    direction[:2] = norm1([(0, -1, 0), (0.6, -0.8, 0)])
-    return normal, direction
-
-
-def _reflections() -> list[Recipe]:
-    return [
-        Recipe(f"reflected_ray.{name}", partial(asked, make), EXACT_ENOUGH, REASON)
-        for name, make in {"unit": _reflected, "scaled": _scaled}.items()
-    ]
-
-
-def _reflected(m: Maker) -> list[Batch]:
-    normal, direction = arriving(m, CASES)
-    position = m.uniform(-3, 3, CASES, 3)
-    position[:2] = 0
-    distance = m.uniform(1, 5, CASES, 1)
-    distance[:2] = 2
-    start = position - direction * distance
-    rays = m.rays(start, direction, depth=m.rng.integers(0, 9, CASES))
-    rays["seed"] = m.rng.integers(2, 1 << 32, CASES, dtype=np.uint32)
-    rays["depth"][:2] = 0
-    hits = m.hits(position, normal, m.materials(CASES))
-    # What the ray that arrives has seen must not bound the one that leaves.
-    rays["tmax"] = distance[:, 0]
-    args = {"out": m.blank("ray", CASES), "in": rays, "it": hits}
-    return [Batch("reflected_ray", args, m.world())]
-
-
-def _scaled(m: Maker) -> list[Batch]:
-    """Return rays that arrive with directions that are not unit."""
-    (batch,) = _reflected(m)
-    factors = m.uniform(0.2, 5, CASES)
-    factors[:2] = 2
-    batch.args["in"]["dir"] *= factors[:, None]
-    batch.args["in"]["tmax"] /= factors
-    return [batch]
-
-
-def mirrors(m: Maker, scene: Array, count: int, **fields: object) -> Batch:
-    """Return calls of mirror_color at points around a scene, whose reflections are clear."""
-    normal, direction = arriving(m, count)
-    position = m.unit(count) * m.uniform(7, 9, count, 1)
-    position[0] = (0, -7, 0)
-    if len(scene):  # towards an object, so that the reflection shows it
-        target = scene["center"][m.rng.integers(len(scene), size=count)]
-        out = norm1(target - position)
-        normal = norm1(out - direction)
-        keep = np.einsum("ij,ij->i", normal, direction) < -0.1
-        normal, direction, position = normal[keep], direction[keep], position[keep]
-    mat = m.materials(len(normal), **fields)
-    hits = m.hits(position, normal, mat)
-    args = {"in": m.rays(position - direction, direction), "it": hits}
-    return Batch("mirror_color", args, tp2.lit(m, scene, shading=False, fresnel=False))
-
-
-def staged(m: Maker, batch: Batch, on: bool = False) -> Question:
-    """Return the calls without shading of what is mirrored; with it they are accepted too.
-
-    With `on`, Fresnel decides in all of them.
-    """
-    question = m.stages(batch)
-    if not on:
-        return question
-    fixed = []
-    for each in (question.batch, *question.variants):
-        options = each.globals["options"].copy()
-        options["fresnel"] = True
-        fixed.append(replace(each, globals={**each.globals, "options": options}))
-    return Question(fixed[0], tuple(fixed[1:]))
-
-
-def _mirrors() -> list[Recipe]:
-    suites = {"sky": _sky, "object": _mirrored, "depth": _deep}
-    return [
-        Recipe(f"mirror_color.{name}", partial(_by_either, make), COLOR, COLOR_REASON)
-        for name, make in suites.items()
-    ]
-
-
-def _by_either(make: Callable[[Maker], list[Batch]], m: Maker) -> list[Question]:
-    """Return calls without Fresnel; with it they are accepted: who has it may ignore the option."""
-    made = []
-    for batch in make(m):
-        plain, on = staged(m, batch), staged(m, batch, on=True)
-        made.append(Question(plain.batch, (*plain.variants, on.batch, *on.variants)))
-    return made
-
-
-def _sky(m: Maker) -> list[Batch]:
-    sky = mirrors(m, m.core.zeros("object", 0), 60)
-    sky.args["it"]["mat"]["ks"][0] = 1
-    return [sky]
-
-
-def _large_ball(m: Maker) -> Array:
-    return m.objects("SPHERE", 1, center=(0, 0, 0), radius=2)
-
-
-def _mirrored(m: Maker) -> list[Batch]:
-    scenes = (_large_ball(m), tp2.cloud(m, 6))
-    return [m.steady(mirrors(m, each, 60), "it.position", 0.02) for each in scenes]
-
-
-def _deep(m: Maker) -> list[Batch]:
-    deep = mirrors(m, _large_ball(m), 40)
-    deep.args["in"]["depth"] = np.choose(np.arange(deep.count) % 4, (0, 12, 5, 10))
-    return [deep]

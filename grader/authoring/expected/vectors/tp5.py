@@ -1,4 +1,4 @@
-"""TP5: Fresnel, samples, glass, the fractal."""
+"""TP5: Fresnel, samples, the fractal."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from grader.authoring.expected.vectors import tp3, tp4
+from grader.authoring.expected.vectors import mirrors, tp3
 from grader.authoring.expected.vectors.maker import (
     Maker,
     Question,
@@ -16,7 +16,6 @@ from grader.authoring.expected.vectors.maker import (
     floats,
     integers,
     norm1,
-    only,
     stack,
 )
 from grader.authoring.expected.vectors.tp2 import COLOR, COLOR_REASON
@@ -36,7 +35,6 @@ def recipes() -> list[Recipe]:
         Recipe("fresnel_use.lobe", _in_the_lobe, tp3.TOLERANCE, tp3.REASON),
         Recipe("fresnel_use.mirror", _in_the_mirror, COLOR, COLOR_REASON),
         *_samples(),
-        *_glass(),
         Recipe("populate_spheres.any", _fractal, 1e-3, "a few float operations a generation"),
     ]
 
@@ -88,7 +86,7 @@ def _in_the_lobe(m: Maker) -> list[Question]:
     near = tp3.shading(m, n, v, light)
     args = near.batch.args
     # A wide lobe, so that the coefficient counts in every case.
-    args["mat"]["shininess"], args["mat"]["kd"][:2] = m.uniform(1, 9, len(n)), 0
+    args["mat"]["shininess"], args["mat"]["kd"][:2] = m.uniform(1, 9, len(n)).round(), 0
     on = replace(near.batch, globals=m.world(fresnel=True))
 
     def put(changed: Array) -> dict[str, Array]:
@@ -99,9 +97,9 @@ def _in_the_lobe(m: Maker) -> list[Question]:
 
 
 def _in_the_mirror(m: Maker) -> list[Question]:
-    sky = tp4.mirrors(m, m.core.zeros("object", 0), 60)
+    sky = mirrors.mirrors(m, m.core.zeros("object", 0), 60)
     sky.args["it"]["mat"]["kr"][:30] *= 0.1
-    return [tp4.staged(m, sky, on=True)]
+    return [mirrors.staged(m, sky, on=True)]
 
 
 # ---- Samples ------------------------------------------------------------------------------------
@@ -121,8 +119,12 @@ def _samples() -> list[Recipe]:
         " ignored, mirrors the sky by a share that changes across the pixel"
     )
     return [
-        Recipe(f"pixel_color.{name}", partial(_edges, *each), 0.03, reason)
-        for name, each in edges.items()
+        *(
+            Recipe(f"pixel_color.{name}", partial(_edges, *each), 0.03, reason)
+            for name, each in edges.items()
+        ),
+        Recipe("pixel_color.spread", _corners, 0.03, reason),
+        Recipe("pixel_color.seeds", _through_glass, 0.03, "a share of random draws"),
     ]
 
 
@@ -135,129 +137,81 @@ def _edge(m: Maker, samples: int, covered: int, upright: bool, red: float) -> Qu
 
     The plane covers a share `covered` / `samples` of pixel (i, j); the rest is sky.
     """
-    width, height = SIZE
-    camera = m.camera((0, 0, 0), (0, 0, -1), 90, width / height)
-    i, j = int(m.rng.integers(8, width - 8)), int(m.rng.integers(8, height - 8))
+    i, j = _pixel(m)
     share = covered / samples
-    # Where the edge crosses the image plane, along xdir or ydir, with the eye at 1 from it.
-    if upright:
-        place, along = (i + share - width / 2) / (width / 2), camera["xdir"]
-    else:
-        place, along = (j + share - height / 2) / (height / 2) / (width / height), camera["ydir"]
-    normal = norm1(along - place * camera["zdir"])
-    # Lit from above so that it is of about the same colour with shading as without.
-    mat = m.materials(1, kd=(red, 0.9, 0.1), ks=0, kr=0, shininess=500)
-    plane = m.objects("PLANE", 1, mat, normal=normal, dist=1e-3)
-    lamp = m.lights([normal * np.float32(100)], np.pi)
-    settings = {**m.world(plane, lamp), "theCamera": camera}
+    plane, lamp = _half(m, i + share if upright else j + share, upright, 1, red)
+    settings = {**m.world(plane, lamp), "theCamera": _upright(m)}
     others = (1, 0) if upright else (0, 1)
     columns = integers([i, i + others[0], i - others[0]])
     rows = integers([j, j + others[1], j - others[1]])
-    question = m.stages(Batch("pixel_color", {"i": columns, "j": rows}, settings))
+    return _sampled(m, Batch("pixel_color", {"i": columns, "j": rows}, settings), samples)
+
+
+def _pixel(m: Maker) -> tuple[int, int]:
+    return int(m.rng.integers(8, SIZE[0] - 8)), int(m.rng.integers(8, SIZE[1] - 8))
+
+
+def _upright(m: Maker) -> Array:
+    """Return a camera with the image plane at 1 from the eye."""
+    return m.camera((0, 0, 0), (0, 0, -1), 90, SIZE[0] / SIZE[1])
+
+
+def _half(m: Maker, at: float, upright: bool, side: int, red: float) -> tuple[Array, Array]:
+    """Return a plane that covers what is left of column `at`, or below that row, and its lamp.
+
+    With side -1 it covers the rest.
+    """
+    (width, height), camera = SIZE, _upright(m)
+    # Where the edge crosses the image plane, along xdir or ydir.
+    if upright:
+        place, along = (at - width / 2) / (width / 2), camera["xdir"]
+    else:
+        place, along = (at - height / 2) / (height / 2) / (width / height), camera["ydir"]
+    normal = side * norm1(along - place * camera["zdir"])
+    # Lit from above so that it is of about the same colour with shading as without.
+    mat = m.materials(1, kd=(red, 0.9, 0.1), ks=0, kr=0, shininess=500)
+    plane = m.objects("PLANE", 1, mat, normal=normal, dist=1e-3)
+    return plane, m.lights([normal * np.float32(100)], np.pi)
+
+
+def _sampled(m: Maker, batch: Batch, samples: int) -> Question:
+    question = m.stages(batch)
     for each in (question.batch, *question.variants):
         each.globals["options"]["samples"] = samples
     return question
 
 
-# ---- Glass --------------------------------------------------------------------------------------
+def _corners(m: Maker) -> list[Question]:
+    """Return pixels of which two planes cover all but a square in a corner, by squares per side.
 
-
-def _refracted(m: Maker, normal: Array, direction: Array) -> Batch:
-    count = len(normal)
-    position = m.uniform(-3, 3, count, 3)
-    position[:2] = 0
-    mat = m.materials(count, refraction_index=m.uniform(1.1, 2.5, count))
-    mat["refraction_index"][:2] = 1.5
-    rays = m.rays(position - direction, direction, depth=m.rng.integers(0, 9, count))
-    rays["seed"] = m.rng.integers(2, 1 << 32, count, dtype=np.uint32)
-    hits = m.hits(position, normal, mat)
-    return Batch("refracted_ray", {"out": m.blank("ray", count), "in": rays, "it": hits}, m.world())
-
-
-def _glass() -> list[Recipe]:
-    rays = {"entering": _entering, "leaving": _leaving, "total": _total, "scaled": _scaled}
-    draws = {"odds": _at_angles, "plain": _by_ks}
-    return [
-        *(
-            Recipe(f"refracted_ray.{name}", partial(_asked, make), 1e-3, REASON)
-            for name, make in rays.items()
-        ),
-        *(
-            Recipe(f"glass_color.{name}", make, COLOR, "a share of random draws")
-            for name, make in draws.items()
-        ),
-    ]
-
-
-def _asked(make: Callable[[Maker], Batch], m: Maker) -> list[Question]:
-    return [Question(make(m))]
-
-
-def _entering(m: Maker) -> Batch:
-    return _refracted(m, *tp4.arriving(m, CASES, 0.05))
-
-
-def _scaled(m: Maker) -> Batch:
-    """Return rays that enter with directions that are not unit."""
-    batch = _entering(m)
-    batch.args["in"]["dir"] *= m.uniform(0.3, 4, CASES, 1)
-    return batch
-
-
-def _outwards(m: Maker) -> tuple[Batch, Array]:
-    """Return rays from inside, and what stands under the root for each."""
-    normal, _ = tp4.arriving(m, CASES, 0.05)
-    outwards = m.around(normal, 0.05, 0.98)
-    outwards[0] = normal[0]
-    batch = _refracted(m, normal, outwards)
-    batch.args["it"]["mat"]["refraction_index"][2:] = m.uniform(1.05, 1.8, CASES - 2)
-    sine2 = 1 - np.einsum("ij,ij->i", normal, outwards) ** 2
-    return batch, 1 - batch.args["it"]["mat"]["refraction_index"] ** 2 * sine2
-
-
-def _leaving(m: Maker) -> Batch:
-    batch, under_root = _outwards(m)
-    return only(batch, under_root > LIMIT)
-
-
-def _total(m: Maker) -> Batch:
-    batch, under_root = _outwards(m)
-    return only(batch, under_root < -LIMIT)
-
-
-LIMIT = 0.02  # nearer to the limit of total reflection, rounding decides
-
-# Cosine of the angle, index: the share that is reflected is about 4, 21, 35 and 61 %; then diamond:
-# there the index makes the share, where elsewhere the angle does.
-ANGLES = ((1.0, 1.5), (0.3, 1.5), (0.2, 1.3), (0.1, 1.5), (1.0, 2.5))
-
-
-def _at_angles(m: Maker) -> list[Question]:
-    return [_drawn(m, cosine, index) for cosine, index in ANGLES]
-
-
-def _by_ks(m: Maker) -> list[Question]:
-    return [_drawn(m, 0.1, 1.5, ks) for ks in ((1, 0, 0.5), (0, 1, 0.5))]
-
-
-def _drawn(
-    m: Maker, cosine: float, index: float, ks: tuple[float, float, float] | None = None
-) -> Question:
-    """Return the same ray with many seeds: reflected it sees the sky, refracted a floor.
-
-    With `ks` that is the material's, and Fresnel is off.
+    Beside it in each batch, a pixel that is covered and one that is not.
     """
-    floor = m.objects("PLANE", 1, normal=(0, 1, 0), dist=5)
-    floor["mat"] = m.materials(1, kd=(0.9, 0.1, 0.1), ks=0, kr=0)
-    direction = floats([[np.sqrt(1 - cosine**2), -cosine, 0]])
-    rays = m.rays(np.repeat(-direction, DRAWS, axis=0), direction)
-    rays["seed"] = m.rng.integers(2, 1 << 32, DRAWS, dtype=np.uint32)
-    mat = m.materials(DRAWS, refraction_index=index)
-    if ks is not None:
-        mat["ks"] = ks
-    hits = m.hits((0, 0, 0), (0, 1, 0), mat)
-    world = m.world(floor, shading=False, fresnel=ks is None)
-    return Question(Batch("glass_color", {"in": rays, "it": hits}, world))
+    corners = [(2, 1, 1), (2, 1, -1), (2, -1, 1), (2, -1, -1), (3, 1, 1)]
+    made = []
+    for samples, right, up in corners:
+        i, j = _pixel(m)
+        share = 1 - 1 / samples - 0.01  # so that a sample at a square's corner is in the square
+        halves = [
+            _half(m, place + (share if side > 0 else 1 / samples - 0.01), upright, side, 0.9)
+            for place, upright, side in ((i, True, right), (j, False, up))
+        ]
+        planes, lamps = (stack(*each) for each in zip(*halves, strict=True))
+        settings = {**m.world(planes, lamps), "theCamera": _upright(m)}
+        columns, rows = integers([i, i - 2 * right, i + 2 * right]), integers([j, j, j + 2 * up])
+        made.append(_sampled(m, Batch("pixel_color", {"i": columns, "j": rows}, settings), samples))
+    return made
+
+
+def _through_glass(m: Maker) -> list[Question]:
+    """Return pixels that see a pane of glass aslant: the sky in it, or black behind it."""
+    pane = m.objects("PLANE", 1, normal=(0, 1, 0), dist=0)
+    pane["mat"] = m.materials(1, kd=0, ks=0, kr=0, refraction_index=1.5)
+    floor = m.objects("PLANE", 1, normal=(0, 1, 0), dist=3)
+    floor["mat"] = m.materials(1, kd=0, ks=0, kr=0)
+    camera = m.camera((0, 1, 0), (9, 0, 0), 20, SIZE[0] / SIZE[1])
+    world = {**m.world(stack(pane, floor), samples=3), "theCamera": camera}
+    i, j = m.rng.integers(20, SIZE[0] - 20, 24), m.rng.integers(20, 40, 24)
+    return [Question(Batch("pixel_color", {"i": integers(i), "j": integers(j)}, world))]
 
 
 # ---- The fractal --------------------------------------------------------------------------------

@@ -1,0 +1,136 @@
+"""The contracts of exercises.h, sentence by sentence, and the programs that break each.
+
+reference/contracts.toml lists them: its head says how. `sentences` reads them from the header, so
+that one that is added there, and has no program here, is noticed.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from grader.authoring.specimens import patches
+from grader.authoring.specimens.patches import PatchError
+from grader.course.exercises import CORE, ManifestError, read_toml
+
+TABLE = patches.REFERENCE / "contracts.toml"
+HEADER = CORE / "exercises.h"
+SAYS = "says"  # of a sentence that nothing can break: a title, an argument, a promise of the caller
+_CONTRACT = re.compile(r"/\* (TP\d\.B?\d) - (.*?)\*/", re.DOTALL)
+_ARGUMENT = re.compile(r"  \S+(?:, \S+)* +\S")
+_END = re.compile(r"(?<=[.;])\s+(?=\S)")
+_ASIDE = ("Handout ", "Check: ")  # where to read more, and the command that judges
+
+
+@dataclass(frozen=True)
+class Breach:
+    """The reference with one sentence of a contract broken."""
+
+    id: str
+    exercise: str
+    function: str
+    before: str
+    after: str
+
+    def written(self) -> tuple[str, str]:
+        """Return the file of the function, and the function with the change. Raises PatchError."""
+        for name, text in patches.reference().items():
+            if own := _function(text, self.function):
+                if (count := own.count(self.before)) != 1:
+                    raise PatchError(
+                        f"{TABLE.name}: {self.id}: what comes before stands {count} times in"
+                        f" {self.function}; it must stand once"
+                    )
+                return name, own.replace(self.before, self.after)
+        raise PatchError(f"{TABLE.name}: {self.id}: the reference has no function {self.function}")
+
+    def files(self) -> dict[str, str]:
+        """Return the reference's files with the change. Raises PatchError."""
+        files = patches.reference()
+        name, written = self.written()
+        files[name] = files[name].replace(_function(files[name], self.function), written)
+        return files
+
+
+@dataclass(frozen=True)
+class Sentence:
+    """A sentence of an exercise's contract, and what is known of it."""
+
+    exercise: str
+    text: str
+    broken_by: tuple[str, ...] = ()  # breaches and known mistakes
+    allows: tuple[str, ...] = ()  # right programs
+
+
+@dataclass(frozen=True)
+class Contracts:
+    """What the table says."""
+
+    breaches: tuple[Breach, ...]
+    sentences: tuple[Sentence, ...]
+
+
+@cache
+def load(path: Path = TABLE) -> Contracts:
+    """Read the table. Raises ManifestError."""
+    data = read_toml(path)
+    try:
+        breaches = tuple(Breach(name, **row) for name, row in data["breach"].items())
+        sentences = tuple(
+            _sentence(exercise, text, value)
+            for exercise, rows in data["sentences"].items()
+            for text, value in rows.items()
+        )
+    except (KeyError, TypeError, AttributeError) as error:
+        raise ManifestError(f"{path.name}: missing or malformed key: {error}") from error
+    return Contracts(breaches, sentences)
+
+
+def _sentence(exercise: str, text: str, value: Any) -> Sentence:
+    if value == SAYS:
+        return Sentence(exercise, text)
+    if isinstance(value, Mapping):
+        return Sentence(
+            exercise, text, tuple(value.get("broken_by", ())), tuple(value.get("allows", ()))
+        )
+    if not isinstance(value, list):
+        raise TypeError(text)
+    return Sentence(exercise, text, tuple(value))
+
+
+def sentences(header: str) -> list[tuple[str, str]]:
+    """Return the sentences of every contract in a header, each after its exercise."""
+    return [
+        (found[1], " ".join(each.split()))
+        for found in _CONTRACT.finditer(header)
+        for item in _items(found[2])
+        for each in _END.split(item)
+        if not each.startswith(_ASIDE)
+    ]
+
+
+def _items(body: str) -> Iterator[str]:
+    """Yield paragraphs, and the lines that tell an argument each."""
+    lines = [re.sub(r"^ \* ?", "", line) for line in body.splitlines()]
+    parts: list[str] = []
+    for line in lines:
+        if not line.strip() or _ARGUMENT.match(line):
+            yield from _joined(parts)
+            parts = []
+        parts.append(line.strip())
+    yield from _joined(parts)
+
+
+def _joined(parts: Sequence[str]) -> list[str]:
+    text = " ".join(parts).strip()
+    return [text] if text else []
+
+
+def _function(text: str, name: str) -> str:
+    """Return the text of a function of a file, "" when it is not there."""
+    head = re.search(rf"^\w[^\n;=]*\b{name}\([^;{{]*\{{", text, re.MULTILINE)
+    return text[head.start() : text.index("\n}", head.end()) + 2] if head else ""

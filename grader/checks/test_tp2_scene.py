@@ -1,0 +1,163 @@
+"""TP2 - rays and objects: the nearest object of a scene, the colour along a ray."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from grader.checking.expected_data import Answer, Array, Batch
+from grader.checking.student import Answers, Bench, Student
+from grader.checks import solids
+from grader.checks.common import check_answers, check_stages, with_options
+
+# ---- TP2.5: intersect_scene ---------------------------------------------------------------------
+
+
+@pytest.mark.check("tp2.intersect_scene.meets")
+def test_intersect_scene_meets(student: Student) -> None:
+    """Which rays meet an object of the scene, whichever it is."""
+    check_answers(student, "intersect_scene.meets", "result")
+
+
+@pytest.mark.check("tp2.intersect_scene.nearest")
+def test_intersect_scene_nearest(student: Student) -> None:
+    """The nearest object counts, not the first or the last of the list."""
+    check_answers(student, "intersect_scene.nearest", "r.tmax", "it.position", "it.mat.kd")
+
+
+@pytest.mark.check("tp2.intersect_scene.every")
+def test_intersect_scene_every(student: Student) -> None:
+    """Every object counts, from the first to the last."""
+    for trial in student.trials("intersect_scene.every"):
+        trial.expect("result")
+        trial.expect("it.mat.kd", where=~trial.refused)
+
+
+@pytest.mark.check("tp2.intersect_scene.kinds")
+def test_intersect_scene_kinds(student: Student) -> None:
+    """Objects of all kinds count, by intersect_object, in whatever order they stand."""
+    for trial, single in scene_by_objects(student):
+        trial.expect("result")
+        trial.expect("r.tmax", "it.mat.kd", "it.normal", where=single)
+
+
+def scene_by_objects(student: Student) -> Iterator[tuple[Answers, Array]]:
+    """Yield the answers to a suite, to be judged by those of the submission's intersect_object.
+
+    So an object that it does not know yet is missing on both sides. Beside them come the rays that
+    meet one object alone: which of several is the nearest is another check's question.
+    """
+    for batch in student.batches("intersect_scene.kinds"):
+        with student.bench() as bench:
+            trial = bench.trial(batch)
+            rays, hits = batch.args["r"].copy(), batch.args["it"].copy()
+            count = np.zeros(batch.count, int)
+            for each in batch.globals["scene"]:
+                args = {**batch.args, "obj": np.repeat(each[None], batch.count)}
+                one = bench.again(Batch("intersect_object", args, {}))
+                hit = one.got("result").astype(bool)
+                rays[hit], hits[hit] = one.got("r")[hit], one.got("it")[hit]
+                count += hit
+        if not (count == 1).any():  # nothing is met, or everything is
+            trial.expect("result", "r.tmax")
+        own = Answer(count > 0, {"r": rays, "it": hits})
+        yield replace(trial, batch=replace(batch, answers=(own,))), count == 1
+
+
+@pytest.mark.check("tp2.intersect_scene.range")
+def test_intersect_scene_range(student: Student) -> None:
+    """What lies before tmin or beyond tmax is not met."""
+    check_answers(student, "intersect_scene.range", "result")
+
+
+@pytest.mark.check("tp2.intersect_scene.count")
+def test_intersect_scene_count(student: Student) -> None:
+    """What stands in scene[] from object_count on is not there."""
+    check_answers(student, "intersect_scene.count", "result")
+
+
+@pytest.mark.check("tp2.intersect_scene.nothing")
+def test_intersect_scene_nothing(student: Student) -> None:
+    """When nothing is met, or the scene is empty, nothing changes."""
+    for trial in student.trials("intersect_scene.nothing"):
+        trial.expect("result", where=trial.refused)
+        trial.expect_kept("r", "it", where=trial.refused)
+
+
+@pytest.mark.check("tp2.intersect_scene.only")
+def test_intersect_scene_only(student: Student) -> None:
+    """Of the ray, a hit changes tmax and nothing else."""
+    solids.check_only(student, "intersect_scene.nearest")
+
+
+# ---- TP2.6: trace_ray ---------------------------------------------------------------------------
+
+
+@pytest.mark.check("tp2.trace_ray.object")
+def test_trace_ray_object(student: Student) -> None:
+    """A ray that meets an object has the colour of what is hit."""
+    check_stages(student, "trace_ray.object")
+
+
+@pytest.mark.check("tp2.trace_ray.sky")
+def test_trace_ray_sky(student: Student) -> None:
+    """A ray that meets nothing has the colour of the sky."""
+    check_stages(student, "trace_ray.sky")
+
+
+@pytest.mark.check("tp2.trace_ray.depth")
+def test_trace_ray_depth(student: Student) -> None:
+    """A ray that has bounced more than max_depth times is black."""
+    check_stages(student, "trace_ray.depth")
+
+
+@pytest.mark.check("tp2.trace_ray.lit")
+def test_trace_ray_lit(student: Student) -> None:
+    """With lights and mirrors too, the colour is what hit_color says."""
+    check_glue(student, "trace_ray.lit")
+
+
+@pytest.mark.check("tp2.trace_ray.pattern")
+def test_trace_ray_pattern(student: Student) -> None:
+    """What is hit is asked of nearest_hit, which knows patterns and the octree."""
+    check_glue(student, "trace_ray.pattern")
+
+
+@pytest.mark.check("tp2.trace_ray.bright")
+def test_trace_ray_bright(student: Student) -> None:
+    """Colours are not limited to 1: that is left to whoever writes the picture."""
+    check_stages(student, "trace_ray.bright")
+
+
+def check_glue(student: Student, suite: str) -> None:
+    """Compare colours with those that the glue makes of the submission's own functions."""
+    for batch in student.batches(suite):
+        with student.bench() as bench:
+            bench.prepare(batch)
+            bench.call("scene_changed", "scene_changed()")
+            trial = bench.again(batch)
+            own = by_the_glue(bench, batch)
+            # What is black without lights too has bounced too often: another check's question.
+            bench.prepare(with_options(batch, shading=False))
+            judged = np.asarray(bench.again(batch).got("result").any(axis=1))
+        # Who does all of it in trace_ray gives what the reference gives.
+        accepted = (Answer(own, trial.answer.out), *batch.answers)
+        replace(trial, batch=replace(batch, answers=accepted)).expect("result", where=judged)
+
+
+def by_the_glue(bench: Bench, batch: Batch) -> Array:
+    """Return the colours that the glue makes of the submission's functions.
+
+    A ray that stops short of everything counts as well: by the submission's own sky.
+    """
+    args = {"r": batch.args["r"], "it": bench.core.zeros("intersection", batch.count)}
+    met = bench.again(Batch("nearest_hit", args, {}))
+    hit = met.got("result").astype(bool)
+    seen = bench.again(Batch("hit_color", {"r": met.got("r"), "it": met.got("it")}, {}))
+    away = batch.args["r"].copy()
+    away["orig"], away["tmax"] = (0, 1e6, 0), 1
+    sky = bench.again(Batch("trace_ray", {"r": away}, {})).got("result")
+    return np.where(hit[:, None], seen.got("result"), sky)
