@@ -6,12 +6,12 @@ the calls of its suites and looks at one side of the answers.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from grader.checking.comparison import MATERIAL
-from grader.checking.expected_data import Batch
+from grader.checking.expected_data import Array, Batch
 from grader.checking.observations import Observations
 from grader.checking.student import Bench, CallDied, Student, Wrong
 from grader.course.message import Message
@@ -31,6 +31,39 @@ def check_refusals(student: Student, *suites: str) -> None:
         for trial in student.trials(suite):
             trial.expect("result", where=trial.refused)
             trial.expect_kept("r", "it", where=trial.refused)
+
+
+@dataclass(frozen=True)
+class Alone:
+    """What the submission's intersect_object says of rays and the objects of a scene, one by one.
+
+    `count` is how many each ray meets, `rays` and `hits` are left by the nearest; `sound` marks the
+    rays of which that is as stored, and that no refusal has changed.
+    """
+
+    rays: Array
+    hits: Array
+    count: Array
+    sound: Array
+
+
+def met_alone(bench: Bench, batch: Batch, given: Array) -> Alone:
+    """Put the objects of a batch's scene one by one to rays, where the batch is set."""
+    rays, count, sound = given.copy(), np.zeros(len(given), int), np.ones(len(given), bool)
+    hits = bench.core.zeros("intersection", len(given))
+    for each in batch.globals["scene"]:
+        args = {"r": given, "it": hits.copy(), "obj": np.repeat(each[None], len(given))}
+        one = bench.again(Batch("intersect_object", args, {}))
+        hit, left = one.got("result").astype(bool), one.got("r")
+        sound &= hit | (left["tmax"] == given["tmax"])
+        nearer = hit & (left["tmax"] < rays["tmax"])
+        rays[nearer], hits[nearer] = left[nearer], one.got("it")[nearer]
+        count += hit
+    stored = batch.answers[0]
+    sound &= (count > 0) == stored.result
+    if "r" in stored.out:
+        sound &= np.isclose(rays["tmax"], stored.out["r"]["tmax"], rtol=1e-3, atol=1e-3)
+    return Alone(rays, hits, count, sound)
 
 
 def check_material(student: Student, suite: str) -> None:
@@ -54,18 +87,23 @@ def check_stages(student: Student, suite: str, *, empty: bool = False) -> None:
     try:
         check_answers(student, suite, "result")
     except Wrong as first:
-        noted, student.observations = student.observations, Observations()
-        try:
-            with student.bench() as bench:
-                for batch in student.batches(suite):
-                    if empty and _looks_at_fresnel(bench, batch):
-                        raise first from None
-                    bench.trial(_last_stage(batch)).expect("result")
-        except (Wrong, CallDied):
-            raise first from None
-        finally:
-            student.observations = noted
-        student.remarks.append(Message("note.all_features"))
+        check_last_stage(student, suite, first, empty=empty)
+
+
+def check_last_stage(student: Student, suite: str, first: Wrong, *, empty: bool = False) -> None:
+    """Compare what the calls of a suite return with all the features on. Raises `first`."""
+    noted, student.observations = student.observations, Observations()
+    try:
+        with student.bench() as bench:
+            for batch in student.batches(suite):
+                if empty and _looks_at_fresnel(bench, batch):
+                    raise first from None
+                bench.trial(_last_stage(batch)).expect("result")
+    except (Wrong, CallDied):
+        raise first from None
+    finally:
+        student.observations = noted
+    student.remarks.append(Message("note.all_features"))
 
 
 def _looks_at_fresnel(bench: Bench, batch: Batch) -> bool:

@@ -9,9 +9,16 @@ import numpy as np
 import pytest
 
 from grader.checking.expected_data import Answer, Array, Batch
-from grader.checking.student import Answers, Bench, Student
+from grader.checking.student import Answers, Bench, Student, Wrong
 from grader.checks import solids
-from grader.checks.common import check_answers, check_stages, with_options
+from grader.checks.common import (
+    Alone,
+    check_answers,
+    check_last_stage,
+    check_stages,
+    met_alone,
+    with_options,
+)
 
 # ---- TP2.5: intersect_scene ---------------------------------------------------------------------
 
@@ -39,32 +46,25 @@ def test_intersect_scene_every(student: Student) -> None:
 @pytest.mark.check("tp2.intersect_scene.kinds")
 def test_intersect_scene_kinds(student: Student) -> None:
     """Objects of all kinds count, by intersect_object, in whatever order they stand."""
-    for trial, single in scene_by_objects(student):
-        trial.expect("result")
-        trial.expect("r.tmax", "it.mat.kd", "it.normal", where=single)
+    for trial, alone in scene_by_objects(student):
+        trial.expect("result", where=alone.sound)
+        trial.expect("r.tmax", "it.mat.kd", "it.normal", where=alone.sound & (alone.count == 1))
 
 
-def scene_by_objects(student: Student) -> Iterator[tuple[Answers, Array]]:
+def scene_by_objects(student: Student) -> Iterator[tuple[Answers, Alone]]:
     """Yield the answers to a suite, to be judged by those of the submission's intersect_object.
 
-    So an object that it does not know yet is missing on both sides. Beside them come the rays that
-    meet one object alone: which of several is the nearest is another check's question.
+    So an object that it does not know yet is missing on both sides, and one that it meets wrongly
+    is another check's question; so is, of several that are met, which one is the nearest.
     """
     for batch in student.batches("intersect_scene.kinds"):
         with student.bench() as bench:
             trial = bench.trial(batch)
-            rays, hits = batch.args["r"].copy(), batch.args["it"].copy()
-            count = np.zeros(batch.count, int)
-            for each in batch.globals["scene"]:
-                args = {**batch.args, "obj": np.repeat(each[None], batch.count)}
-                one = bench.again(Batch("intersect_object", args, {}))
-                hit = one.got("result").astype(bool)
-                rays[hit], hits[hit] = one.got("r")[hit], one.got("it")[hit]
-                count += hit
-        if not (count == 1).any():  # nothing is met, or everything is
+            alone = met_alone(bench, batch, batch.args["r"])
+        if not (alone.sound & (alone.count > 0)).any():  # nothing is met yet
             trial.expect("result", "r.tmax")
-        own = Answer(count > 0, {"r": rays, "it": hits})
-        yield replace(trial, batch=replace(batch, answers=(own,))), count == 1
+        own = Answer(alone.count > 0, {"r": alone.rays, "it": alone.hits})
+        yield replace(trial, batch=replace(batch, answers=(own,))), alone
 
 
 @pytest.mark.check("tp2.intersect_scene.range")
@@ -143,9 +143,14 @@ def check_glue(student: Student, suite: str) -> None:
             # What is black without lights too has bounced too often: another check's question.
             bench.prepare(with_options(batch, shading=False))
             judged = np.asarray(bench.again(batch).got("result").any(axis=1))
+        judged &= np.isfinite(own).all(axis=1)  # what is no number equals nothing, itself included
         # Who does all of it in trace_ray gives what the reference gives.
         accepted = (Answer(own, trial.answer.out), *batch.answers)
-        replace(trial, batch=replace(batch, answers=accepted)).expect("result", where=judged)
+        trial = replace(trial, batch=replace(batch, answers=accepted))
+        try:
+            trial.expect("result", where=judged)
+        except Wrong as first:
+            check_last_stage(student, suite, first)
 
 
 def by_the_glue(bench: Bench, batch: Batch) -> Array:

@@ -42,6 +42,7 @@ def grade(
     outcomes = {each.check: each.outcome for each in settled.findings}
     telling = _Telling(rules, texts, hint, rejected, settled)
     checks = [_judge(each, rules, outcomes, telling) for each in settled.findings]
+    checks = _without_lone_pictures(checks, rules, texts)
     exercises = [_sum(each, checks, texts.language) for each in rules.exercises]
     return checks, [each for each in exercises if each is not None]
 
@@ -160,6 +161,36 @@ def _judge(
         images=finding.evidence.images,
         pixel=_pixel(finding, texts) if outcome is Outcome.FAILED else None,
     )
+
+
+def _without_lone_pictures(
+    checks: Sequence[CheckResult], rules: Manifest, texts: Texts
+) -> list[CheckResult]:
+    """Return the checks; a picture earns nothing where no function of its exercise is right.
+
+    So one that is in the program already, or that the given functions draw, is worth nothing. Where
+    no check of the functions was asked for, pictures count as they are.
+    """
+
+    def is_picture(each: CheckResult) -> bool:
+        return rules.checks()[each.id].is_picture
+
+    own: dict[str, set[Outcome]] = {}
+    for each in checks:
+        if not is_picture(each):
+            own.setdefault(each.exercise, set()).add(each.outcome)
+
+    def judged(each: CheckResult) -> CheckResult:
+        found = own.get(each.exercise)
+        if not is_picture(each) or not found or Outcome.PASSED in found:
+            return each
+        if each.outcome is not Outcome.PASSED:
+            return replace(each, points=0)
+        outcome = Outcome.TODO if found == {Outcome.TODO} else Outcome.BLOCKED
+        message = texts.say("failure.lone_picture", function=each.function)
+        return replace(each, outcome=outcome, points=0, message=message)
+
+    return [judged(each) for each in checks]
 
 
 def _pixel(finding: Finding, texts: Texts) -> Pixel | None:

@@ -30,6 +30,7 @@ PARTS = {
     "nothing": "nothing",
     "contracts": "contracts",
     "known": "known",
+    "cases": "cases",
     "half_written": "half_written",
     "pairs": "pairs",
     "variants": "right",

@@ -22,7 +22,7 @@ KEYS = (
     *("half_written", "half_written_shown", "half_right", "half_right_calm"),
     *("mutants", "equivalent", "mutation_score", "mutation_score_worst_function"),
     *("variants", "variants_full", "runs", "flaky"),
-    *("sentences", "sentences_broken", "breaches", "breaches_caught"),
+    *("sentences", "sentences_broken", "breaches", "breaches_caught", "cases", "cases_fair"),
 )
 PROOF = FOLDER / "proof.json"
 README = ROOT / "README.md"
@@ -84,6 +84,10 @@ _LINES = (
         "{sentences:.0f} sentences of the contracts",
         "{sentences_broken:.0f} can be broken: {breaches_caught:.0f} of {breaches:.0f} programs"
         " that break one, and nothing else, lose points there",
+    ),
+    (
+        "{cases:.0f} programs from outside",
+        "{cases_fair:.0f} lose what a teacher takes off, where they are wrong, and no more",
     ),
     (
         "{pairs:.0f} pairs of mistakes",

@@ -90,6 +90,16 @@ class Grade:
         return frozenset(each["id"] for each in rows if each["points"] < each["max_points"])
 
     @property
+    def shares(self) -> dict[str, float]:
+        """The share of its points that each exercise lost, by exercise; those that lost some."""
+        rows = self.content["exercises"]
+        return {
+            each["id"]: 1 - each["points"] / each["max_points"]
+            for each in rows
+            if each["points"] < each["max_points"]
+        }
+
+    @property
     def named(self) -> dict[str, tuple[str, ...]]:
         """The mistakes recognised, by check."""
         rows = self.content["checks"]

@@ -25,6 +25,8 @@ NAMES = {
     "sentences_broken": "that a program can break",
     "breaches": "programs that break one",
     "breaches_caught": "that lose points there",
+    "cases": "programs from outside",
+    "cases_fair": "that lose what they deserve to lose",
     "pairs": "pairs of mistakes",
     "pairs_caught": "that lose points for both",
     "pairs_third_named": "in which a third is named",

@@ -8,7 +8,6 @@ from grader.authoring.proof.grades import Grade, GradeCache, Program
 from grader.authoring.proof.parts import Part, sampled
 from grader.authoring.specimens import variants
 from grader.authoring.specimens.variants import Variant
-from grader.course import exercises
 
 COMPILERS = ("gcc", "clang")
 
@@ -60,20 +59,10 @@ def report(found: Iterable[tuple[Variant, str, Grade]], whole: bool = True) -> P
 def faults(variant: Variant, name: str, grade: Grade) -> list[str]:
     """Return the checks that lost points, a line each.
 
-    Of a variant apart, pictures count, and functions that it never calls are to do; so is a picture
-    that counts with one of these alone.
+    Of a variant apart, functions that it never calls are to do, and their pictures with them.
     """
-    rows = {each["id"]: each for each in grade.content["checks"]}
-    known = exercises.load().checks()
-
-    def is_left(check: str) -> bool:
-        if rows[check]["outcome"] != "todo":
-            return False
-        twin = known[check].twin
-        return not known[check].is_picture or (bool(twin) and is_left(twin))
-
     return [
-        f"{name}: {check} ({each['outcome']}): {each['message']}"
-        for check, each in rows.items()
-        if each["points"] < each["max_points"] and not (variant.apart and is_left(check))
+        f"{name}: {each['id']} ({each['outcome']}): {each['message']}"
+        for each in grade.content["checks"]
+        if each["points"] < each["max_points"] and not (variant.apart and each["outcome"] == "todo")
     ]

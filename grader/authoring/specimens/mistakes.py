@@ -10,6 +10,7 @@ from functools import cache
 from pathlib import Path
 
 from grader.authoring.specimens import patches
+from grader.authoring.specimens.shares import Range, span
 from grader.course import exercises
 from grader.course.exercises import ManifestError, read_toml
 from grader.intake.records import Submission
@@ -23,6 +24,7 @@ class Mistake:
 
     id: str
     exercise: str
+    worth: Range  # the share of its points that a teacher takes off, pictures aside
     shows: tuple[str, ...]  # ids of the checks that see it
     twins: tuple[str, ...] = ()  # mistakes that no stored answer tells from this one
     folder: Path = FOLDER
@@ -45,16 +47,19 @@ class Mistake:
 def load(folder: Path = FOLDER) -> tuple[Mistake, ...]:
     """Read the list of a folder. Raises ManifestError."""
     path = folder / "mistakes.toml"
+    data = read_toml(path)
     try:
+        worth = {name: span(values) for name, values in data["worth"].items()}
         return tuple(
             Mistake(
                 id=name,
                 exercise=row["exercise"],
+                worth=worth[row["worth"]],
                 shows=tuple(row["shows"]),
                 twins=tuple(row.get("twins", ())),
                 folder=folder,
             )
-            for name, row in read_toml(path)["mistake"].items()
+            for name, row in data["mistake"].items()
         )
-    except (KeyError, TypeError) as error:
+    except (KeyError, TypeError, ValueError) as error:
         raise ManifestError(f"{path.name}: missing or malformed key: {error}") from error

@@ -28,7 +28,7 @@ class Variant:
     flags: tuple[str, ...] = ()  # after the grader's own
     compiler: str = ""  # the grader's when empty
     tps: tuple[int, ...] = ()  # that it is about; all of them when empty
-    apart: bool = False  # allowed by the handout, but functions stay uncalled: pictures alone count
+    apart: bool = False  # allowed by the handout, but functions stay uncalled: to do
 
     def files(self) -> dict[str, str]:
         """Return its files by name. Raises PatchError."""

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from grader.authoring.expected import mistake_bank
-from grader.authoring.specimens import mistakes, patches
+from grader.authoring.specimens import mistakes, patches, shares
 from grader.authoring.specimens.patches import PatchError, patched, reference
 from grader.checking.expected_data import FOLDER
 from grader.course import exercises
@@ -69,6 +69,17 @@ def test_only_twins_are_alike() -> None:
         assert len(alike) < recognition.MOST
 
 
+def test_a_mistake_costs_what_it_is_worth() -> None:
+    """Within the range that a teacher gives it; pictures, which it may spoil, are not counted."""
+    stored = recognition.read(FOLDER)
+    unfair = {}
+    for each in KNOWN:
+        share = shares.of_functions(RULES.exercise(each.exercise), stored[each.id].signature)
+        if not each.worth[0] <= round(share, 2) <= each.worth[1]:
+            unfair[each.id] = round(share, 2)
+    assert unfair == {}
+
+
 def test_every_mistake_compiles(tmp_path: Path) -> None:
     """The file that a patch changes is C, on top of today's reference."""
     base = reference()
@@ -100,7 +111,8 @@ def test_a_mistake_is_added_by_a_patch_and_an_entry(tmp_path: Path, cache: Path)
     """What the patch changes is found by its text, wherever it stands; the bank then knows it."""
     (tmp_path / "white.patch").write_text(PATCH, encoding="utf-8")
     checks = '["tp1.fill_color.every_pixel", "tp1.fill_color.as_it_is"]'
-    entry = f'[mistake.white]\nexercise = "TP1.2"\nshows = {checks}\n'
+    entry = f'[mistake.white]\nexercise = "TP1.2"\nworth = "all"\nshows = {checks}\n'
+    entry = f"[worth]\nall = [0.4, 1]\n{entry}"
     (tmp_path / "mistakes.toml").write_text(entry, encoding="utf-8")
     (white,) = mistakes.load(tmp_path)
     assert (white.tp, white.exercise) == (1, "TP1.2")
@@ -115,7 +127,8 @@ def test_a_mistake_is_added_by_a_patch_and_an_entry(tmp_path: Path, cache: Path)
 
 def test_a_malformed_list_is_named(tmp_path: Path) -> None:
     """One line with the file."""
-    (tmp_path / "mistakes.toml").write_text("[mistake.white]\n", encoding="utf-8")
+    text = "[worth]\nall = [0.4, 1]\n[mistake.white]\n"
+    (tmp_path / "mistakes.toml").write_text(text, encoding="utf-8")
     with pytest.raises(ManifestError, match=r"mistakes\.toml: missing or malformed key: 'exer"):
         mistakes.load(tmp_path)
 

@@ -13,7 +13,9 @@ import pytest
 
 from grader.authoring.proof import (
     __main__,
+    cases,
     changes,
+    contracts,
     figures,
     flaky,
     grades,
@@ -32,6 +34,7 @@ from grader.authoring.proof.grades import Grade, GradeCache, Program, ProofError
 from grader.authoring.proof.mutants import FunctionScore, MutantsReport, Verdict
 from grader.authoring.proof.parts import Part, sampled
 from grader.authoring.specimens import mistakes, variants
+from grader.authoring.specimens.contracts import Contracts
 from grader.course import exercises
 from grader.tests.support.outputs import outputs
 
@@ -317,6 +320,8 @@ def test_every_figure_has_a_name() -> None:
         flaky.report([]),
         nothing.report({nothing.SKELETON: grade()}),
         changes.report(mutants_report(9, 0)),
+        cases.report([]),
+        contracts.report(Contracts((), ()), {}),
     ]
     assert {key for each in made for key in each.figures} == set(page.NAMES)
 

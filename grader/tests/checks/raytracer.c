@@ -26,6 +26,7 @@ void raytrace(void) {
         for (int i = 0; i < WIDTH; i++) {
             ray r;
             camera_ray(&r, (float)i + 0.5f, (float)j + 0.5f);
+            r.seed = pixel_seed(i, j, 0);
             output_image[j * WIDTH + i] = options.samples > 1 ? pixel_color(i, j) : trace_ray(&r);
         }
     }
@@ -210,6 +211,7 @@ color pixel_color(int i, int j) {
             float x = 0.1f + 0.8f * (float)rand() / (float)RAND_MAX, y = 0.1f + 0.8f * (float)rand() / (float)RAND_MAX;
             ray r;
             camera_ray(&r, (float)i + ((float)a + x) / (float)options.samples, (float)j + ((float)b + y) / (float)options.samples);
+            r.seed = pixel_seed(i, j, a * options.samples + b);
             sum = vector_add(sum, vector_clamp(trace_ray(&r), 0, 1));
         }
     }
@@ -240,7 +242,7 @@ color glass_color(ray *in, const intersection *it) {
     ray r;
     double kr = reflectance(it->mat.refraction_index, 1);
     double p = kr + (1 - kr) * pow(1 - fabs(vector_dot(vector_normalized(in->dir), it->normal)), 5);
-    if ((double)rand() / RAND_MAX < p || !refracted_ray(&r, in, it)) {
+    if (ray_random(in) < p || !refracted_ray(&r, in, it)) {
         reflected_ray(&r, in, it);
     }
     return trace_ray(&r);

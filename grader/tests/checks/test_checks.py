@@ -184,6 +184,7 @@ def test_mistakes_lose_their_own_points(grade: Grade, tmp_path: Path) -> None:
     assert set(outcomes(results)) == {
         "tp2.camera_ray.vertical",
         "tp2.camera_ray.anywhere",
+        "tp2.camera_ray.exact",
         "tp2.intersect_sphere.from_inside",
         "tp2.intersect_sphere.range",
         "tp3.shade.back",

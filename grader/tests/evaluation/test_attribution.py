@@ -145,7 +145,7 @@ def both(one: str, other: str) -> dict[str, str]:
 
 def test_what_is_judged_besides_is_not_replaced_for_anothers_mistake(cache: Path) -> None:
     """direct_light seems wrong until shade is mended: that is known when in_shadow asks."""
-    files = both("shade_kd_ks_exchanged", "shadow_darkens_all")
+    files = both("shade_kd_ks_exchanged", "shadow_reversed")
     found = judge(files, cache, keyword="shade or direct_light or in_shadow")
     assert outcomes(found, "TP3.2") == {"passed"}
     assert found["tp4.in_shadow.used"].outcome.value == "failed"

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from grader.checking.records import Evidence
 from grader.course import exercises
 from grader.course.exercises import ManifestError, load, shares
 from grader.course.message import Message
@@ -41,6 +42,24 @@ def test_a_negative_check_needs_its_twin() -> None:
     assert judged(finding(INSIDE, Outcome.CRASHED), passed)[OFF_SCREEN] == ("blocked", 0)
     own = finding(INSIDE, Outcome.FAILED, "TP1.4")
     assert judged(own, passed)[OFF_SCREEN] == ("todo", 0)
+
+
+SHADOW, ACNE, SHADOWS = "tp4.in_shadow.blocked", "tp4.in_shadow.own_surface", "tp4.scene.shadows_0"
+
+
+def test_a_picture_counts_with_a_function() -> None:
+    """One that is right where none of its exercise's functions is was not drawn by them."""
+    picture, part = finding(SHADOWS, Outcome.PASSED), finding(SHADOWS, Outcome.FAILED)
+    part = replace(part, evidence=Evidence(share=0.5))
+    right, wrong = finding(SHADOW, Outcome.PASSED), finding(SHADOW, Outcome.FAILED)
+    points = RULES.checks()[SHADOWS].points
+    assert judged(picture)[SHADOWS] == ("passed", points)  # no other was asked for
+    assert judged(right, finding(ACNE, Outcome.CRASHED), picture)[SHADOWS] == ("passed", points)
+    assert judged(right, part)[SHADOWS] == ("failed", round(points / 2))
+    assert judged(wrong, finding(ACNE, Outcome.CRASHED), picture)[SHADOWS] == ("blocked", 0)
+    assert judged(wrong, part)[SHADOWS] == ("failed", 0)
+    todo = [finding(each, Outcome.FAILED, "TP4.1") for each in (SHADOW, ACNE)]
+    assert judged(*todo, picture)[SHADOWS] == ("todo", 0)
 
 
 @pytest.mark.parametrize(

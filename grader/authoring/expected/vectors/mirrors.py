@@ -170,7 +170,7 @@ def _mirrored(m: Maker) -> list[Batch]:
 
 def _deep(m: Maker) -> list[Batch]:
     deep = mirrors(m, _large_ball(m), 60)
-    deep.args["in"]["depth"] = np.choose(np.arange(deep.count) % 4, (0, 12, 3, 8))
+    deep.args["in"]["depth"] = np.choose(np.arange(deep.count) % 4, (0, 12, 3, 6))
     return [deep]
 
 

@@ -24,6 +24,7 @@ from grader.authoring.expected.vectors.solids import Solid
 from grader.checking.expected_data import SIZE, Array, Batch
 
 EXACT_ENOUGH = 2e-4
+LIMIT = 10  # options.max_depth
 DIM = 0.95  # of a channel: not limited by who limits colours to 1
 COLOR = 2e-3
 COLOR_REASON = "float and double differ by less in the last bits of a direction times a lobe"
@@ -175,20 +176,17 @@ def _skies(m: Maker) -> list[Question]:
 
 
 def _deep(m: Maker) -> list[Question]:
-    """Return rays that have bounced often, then too often, then for another limit.
+    """Return rays that have bounced often, then too often.
 
     Of those that have bounced too often, some would meet nothing.
     """
     made = []
     for found, lost in _seen(m):
-        for limit, depths in ((10, (0, 2, 4, 6, 8)), (10, (11, 12)), (3, (0, 2, 4, 9))):
-            deep = stack(found.args["r"], *([lost.args["r"]] if max(depths) > limit else []))
+        for depths in ((0, 2, 4, 6, 8), (11, 12)):
+            deep = stack(found.args["r"], *([lost.args["r"]] if max(depths) > LIMIT else []))
             deep["depth"][: found.count] = np.resize(depths, found.count)
             deep["depth"][found.count :] = depths[-1]
-            question = _to_the_limit(m, replace(found, args={"r": deep}))
-            for each in (question.batch, *question.variants):
-                each.globals["options"]["max_depth"] += limit - 10
-            made.append(question)
+            made.append(_to_the_limit(m, replace(found, args={"r": deep})))
     return made
 
 

@@ -161,7 +161,9 @@ def _own(m: Maker) -> list[Batch]:
 
 def _at_light(m: Maker) -> list[Batch]:
     places = floats([(0, 2, 0), (3, 0, 0), (0, 0, -4)])
-    return [_barred(m, ball(m), each[None], each[None]) for each in places]
+    # Where nothing stands: a right test of an object may say anything of a direction of length 0.
+    nothing = m.core.zeros("object", 0)
+    return [_barred(m, nothing, each[None], each[None]) for each in places]
 
 
 def _used(m: Maker) -> Question:

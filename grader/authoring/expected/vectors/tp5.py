@@ -195,8 +195,12 @@ def _corners(m: Maker) -> list[Question]:
             _half(m, place + (share if side > 0 else 1 / samples - 0.01), upright, side, 0.9)
             for place, upright, side in ((i, True, right), (j, False, up))
         ]
-        planes, lamps = (stack(*each) for each in zip(*halves, strict=True))
-        settings = {**m.world(planes, lamps), "theCamera": _upright(m)}
+        planes = stack(*(plane for plane, _ in halves))
+        planes["dist"] = 0.02  # far from each other, beside where bounced rays start
+        # One lamp that sees both: what lies in the other's shadow is another exercise's question.
+        above = norm1(planes["normal"].sum(axis=0))
+        lamp = m.lights([above * np.float32(1e4)], np.pi / (planes["normal"][0] @ above))
+        settings = {**m.world(planes, lamp), "theCamera": _upright(m)}
         columns, rows = integers([i, i - 2 * right, i + 2 * right]), integers([j, j, j + 2 * up])
         made.append(_sampled(m, Batch("pixel_color", {"i": columns, "j": rows}, settings), samples))
     return made
