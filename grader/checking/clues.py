@@ -103,7 +103,9 @@ def question(message: Message | None, check: str, texts: Texts, level: int = 1) 
 def _unset(came: Array) -> Message | None:
     """Find answers made of what the stack is filled with, or of little more than that."""
     paint = _FLOAT if came.dtype.kind == "f" else _INT
-    is_paint = np.abs(came - paint) <= RATIO * abs(paint)
+    if came.dtype.kind == "u":
+        paint %= 1 << 8 * came.dtype.itemsize
+    is_paint = np.abs(came.astype(np.float64) - paint) <= RATIO * abs(paint)
     return Message("clue.unset") if len(came) and is_paint.any(axis=1).all() else None
 
 

@@ -51,6 +51,9 @@ def test_a_variable_without_a_first_value_is_told() -> None:
     assert clue(np.where(np.arange(40)[:, None] > 20, paint, RIGHT)) == Message("clue.unset")
     whole = np.arange(40, dtype=np.int32)
     assert clue(np.full(40, -16843010, np.int32), whole) == Message("clue.unset")
+    seeds = whole.astype(np.uint32)
+    assert clue(np.full(40, 0xFEFEFEFE, np.uint32), seeds) == Message("clue.unset")
+    assert clue(seeds + np.uint32(1), seeds) != Message("clue.unset")
 
 
 @pytest.mark.parametrize("pi", [3.14, 3.1, 3.0])
