@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 import pytest
@@ -13,6 +12,7 @@ from grader.authoring.specimens.contracts import Breach
 from grader.authoring.specimens.patches import PatchError
 from grader.course.exercises import ManifestError
 from grader.course.exercises import load as rules
+from grader.tests.support.sampling import sampled
 
 TABLE = contracts.load()
 
@@ -63,10 +63,9 @@ def test_a_malformed_table_is_named(tmp_path: Path) -> None:
 
 
 FUNCTIONS = sorted({each.function for each in TABLE.breaches})
-SAMPLE = FUNCTIONS if os.environ.get("MRT_ALL") else FUNCTIONS[1::9]
 
 
-@pytest.mark.parametrize("function", SAMPLE)
+@pytest.mark.parametrize("function", sampled(FUNCTIONS, FUNCTIONS[1::9]))
 def test_what_breaks_a_sentence_is_caught(function: str, tmp_path: Path) -> None:
     """By a check of the exercise that the sentence is of."""
     chosen = [each for each in TABLE.breaches if each.function == function]
