@@ -238,7 +238,10 @@ def _kinds() -> list[Kind]:
     ]
     odd = [_folder(partial(stub, turn=k), "stub", 0) for k in range(4)]
     odd += [_described(name) for name in test_bad_submissions.NAMES]
-    odd += [_hostile(name, text, 0) for name, text in corpus.loads()]
+    odd += [
+        _hostile(name, text, TP1_POINTS if name in corpus.OVERRULED else 0)
+        for name, text in corpus.loads()
+    ]
     odd += [_hostile(name, text, TP1_POINTS) for name, text in corpus.compilations(SECRET)]
     odd += [_attacking(k) for k in range(0, len(corpus.attacks()), len(STUDENT_MAIN))]
     room = SIZE - len(ordinary) - len(odd)

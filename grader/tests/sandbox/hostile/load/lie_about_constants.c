@@ -1,4 +1,4 @@
-/* Defines what the grader's own shim defines, to be linked before it; and must not be believed. */
+/* Defines what the grader's own shim defines; which is linked first, so that this counts for nothing. */
 #include <stddef.h>
 #include <unistd.h>
 const double mrt_constants[100] = {1000, 1000, 1000};
