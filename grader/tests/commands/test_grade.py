@@ -121,7 +121,7 @@ def test_common_mistakes_lose_their_own_points(grade: Grade, submission: Write) 
         "fill_red.every_pixel",
         "fill_color.every_pixel",
         "horizontal_gradient.direction",
-        "horizontal_gradient.rows",
+        "fill_color.as_it_is",
         "fill_rect.corner_order",
         "fill_circle.rim",
     }
@@ -130,7 +130,7 @@ def test_common_mistakes_lose_their_own_points(grade: Grade, submission: Write) 
         "Après fill(img, c = (0.25, 0.5, 0.75)) dans une image de 320 x 180, le pixel (319, 179)"
     )
     assert (
-        "la ligne 179 vaut (0.9944, 0.9944, 1)"
+        "la ligne 178 vaut (0.9889, 0.9889, 1)"
         in done.check("horizontal_gradient.direction")["message"]
     )
     # Each failure shows what was expected beside what came; what is right shows nothing.
@@ -167,7 +167,7 @@ def test_wrong_tables_crash_at_their_line(grade: Grade, submission: Write) -> No
         "fill_rect": "timeout",
         "fill_circle": "failed",
     }
-    assert set(done.points()) == {"fill_circle.inside", "fill_circle.rim"}
+    assert set(done.points()) == {"fill_circle.inside", "fill_circle.exact", "fill_circle.rim"}
     assert "a mis fin au programme (code 0)" in done.out
     assert "ne se termine pas : arrêt après 2 s" in done.out
     # Column -1 is the end of the row below: in the table, and yet not in the picture.
@@ -330,6 +330,9 @@ def test_without_sanitizers_the_grading_goes_on(
     folder = submission(fill="for (int k = 0; k < WIDTH * HEIGHT + 99; k++) img[k] = c;")
     # Nobody, as who a sandbox compiles when root asks, cannot read a test's folder.
     done = grade(folder, "--isolation", "portable", CC=str(compiler))
-    assert set(full_points()) - set(done.points()) == {"fill_color.every_pixel"}
+    assert set(full_points()) - set(done.points()) == {
+        "fill_color.every_pixel",
+        "fill_color.as_it_is",
+    }
     assert done.check("fill_color.every_pixel")["outcome"] == "crashed"
     assert done.out.count("Sans AddressSanitizer") == 1
