@@ -114,9 +114,21 @@ static bool boxes_overlap(const box *a, const box *b) {
 static box eighth(const box *b, int k) {
     point3 m = middle(b);
     box out = *b;
-    *((k & 1) != 0 ? &out.min.x : &out.max.x) = m.x;
-    *((k & 2) != 0 ? &out.min.y : &out.max.y) = m.y;
-    *((k & 4) != 0 ? &out.min.z : &out.max.z) = m.z;
+    if ((k & 1) != 0) {
+        out.min.x = m.x;
+    } else {
+        out.max.x = m.x;
+    }
+    if ((k & 2) != 0) {
+        out.min.y = m.y;
+    } else {
+        out.max.y = m.y;
+    }
+    if ((k & 4) != 0) {
+        out.min.z = m.z;
+    } else {
+        out.max.z = m.z;
+    }
     return out;
 }
 /* END SOLUTION */

@@ -209,8 +209,12 @@ static bool hit_cone_side(ray *r, intersection *it, const object *obj, point3 ap
 
 /* The two t at which the ray meets the endless double cone: a t^2 + 2 b t + c = 0, in growing order. */
 static bool solve_cone(const ray *r, const object *obj, point3 apex, float *first, float *second) {
+    float d_d = vector_sqnorm(r->dir);
+    if (!(d_d > 0.f)) {
+        return false;
+    }
     /* From the ray's point nearest to the apex, where the numbers are smallest. */
-    float t_nearest = vector_dot(vector_minus(apex, r->orig), r->dir) / vector_sqnorm(r->dir);
+    float t_nearest = vector_dot(vector_minus(apex, r->orig), r->dir) / d_d;
     vec3 o = vector_minus(ray_at(*r, t_nearest), apex);
     float tangent = obj->radius / obj->length;
     float o_axis = tangent * vector_dot(o, obj->axis);
@@ -226,8 +230,12 @@ static bool solve_cone(const ray *r, const object *obj, point3 apex, float *firs
     }
     /* q adds two numbers of the same sign; the roots are q / a and c / q. A ray along the side (a = 0) has one. */
     float q = -(b + copysignf(sqrtf(discriminant), b));
-    float t1 = a != 0.f ? q / a : (q != 0.f ? c / q : 0.f);
-    float t2 = q != 0.f ? c / q : t1;
+    float t1 = 0.f; /* both are, of a ray through the apex that touches the cone there (q = 0) */
+    float t2 = 0.f;
+    if (q != 0.f) {
+        t2 = c / q;
+        t1 = a != 0.f ? q / a : t2;
+    }
     *first = t_nearest + (t1 < t2 ? t1 : t2);
     *second = t_nearest + (t1 < t2 ? t2 : t1);
     return true;
