@@ -98,7 +98,10 @@ def _overlaps(m: Maker) -> list[Batch]:
     objects = m.objects("SPHERE", count, radius=m.uniform(0.1, 1, count))
     objects["radius"][:3] = (0.25, 1, 1)
     inside = corner + sides * m.uniform(0, 1, count, 3)
-    away = corner + sides / 2 + m.unit(count) * m.uniform(9, 15, count, 1)
+    along = m.unit(count)
+    # Some are far along one axis alone: who forgets that axis takes them for near.
+    along[1::4] = np.eye(3)[np.arange(1, count, 4) // 4 % 3]
+    away = corner + sides / 2 + along * m.uniform(9, 15, count, 1)
     objects["center"] = np.where(np.arange(count)[:, None] % 2, away, inside)
     # The centre is outside, above one face, and half of the radius reaches in.
     beside, axis = np.arange(4, count, 4), np.arange(4, count, 4) // 4 % 3
