@@ -78,7 +78,7 @@ def test_what_gives_no_answer_is_not_tried_again(
     monkeypatch.setattr(pool, "MOST_SECONDS", 0.5)
     monkeypatch.setattr(pool, "LOOK_SECONDS", 0.1)
     (done,) = pool.run(tasks(1), 1, tmp_path)
-    assert done.failure == "pas de réponse après 0.5 s"
+    assert done.failure == "pas de réponse après 0,5 s"
     assert started.read_text(encoding="ascii") == "\n"
 
 
