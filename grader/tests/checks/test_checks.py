@@ -13,6 +13,7 @@ import pytest
 from grader.authoring.skeleton import skeleton
 from grader.course import exercises as manifest
 from grader.tests.support import grading
+from grader.tests.support.judging import judge, solution
 from grader.tests.support.sampling import sampled
 from grader.tests.support.solver import TURNS, stub
 
@@ -206,3 +207,15 @@ def test_mistakes_lose_their_own_points(grade: Grade, tmp_path: Path) -> None:
     assert messages["tp5.reflectance.any"] == (
         "reflectance(n1 = 2, n2 = 1) renvoie 1 ; on attend 0.1111."
     )
+
+
+@pytest.mark.parametrize("axis", ["x", "y", "z"])
+def test_a_box_that_forgets_an_axis_is_wrong(cache: Path, axis: str) -> None:
+    """Objects far along that axis alone would all be put into it, and the tree never ends."""
+    files = solution()
+    line = "        return vector_sqnorm(vector_minus(nearest, obj->center))"
+    assert files["octree.c"].count(line) == 1
+    forgets = f"        nearest.{axis} = obj->center.{axis};\n"
+    files["octree.c"] = files["octree.c"].replace(line, f"{forgets}{line}")
+    (told,) = judge(files, cache, chosen=["tp4.octree.overlap"]).values()
+    assert (told.outcome, told.points) == ("failed", 0)
