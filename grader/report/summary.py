@@ -164,13 +164,15 @@ class Summary:
             yield self.texts.say("report.by_tp", points=", ".join(told)), ""
 
     def next_exercise(self) -> Row | None:
-        """Return the first exercise that can be worked on, bonuses last."""
+        """Return the first exercise to work on: what is wrong, then what is to do; bonuses last."""
         ready = [
             each
             for each in self.content["exercises"]
             if each["outcome"] not in ("passed", "blocked")
         ]
-        return min(ready, key=lambda each: bool(each["bonus"]), default=None)
+        return min(
+            ready, key=lambda each: (each["outcome"] == "todo", bool(each["bonus"])), default=None
+        )
 
     def next_step(self) -> Iterator[Line]:
         """Say what to do now."""

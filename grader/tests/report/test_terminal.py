@@ -12,6 +12,7 @@ import pytest
 from grader.course import exercises as manifest
 from grader.course.texts import Texts
 from grader.report import terminal
+from grader.report.summary import Summary
 
 PATH = Path("build/grade/report.html")
 FILES = {"main.c": "", "octree.c": ""}
@@ -499,3 +500,18 @@ def test_control_characters_of_a_submission_are_not_obeyed() -> None:
     submission = {"name": "a\x1b[2Jb\rc", "sources": [], "nearby": []}
     lines = shown(content(submission=submission))
     assert lines[0] == "Rendu : a�[2Jb�c"
+
+
+def test_what_is_wrong_comes_before_what_is_to_do() -> None:
+    """A bonus too, when it is there and wrong; of what is to do, and of what is wrong, the core."""
+    rows = [("TP2.B1", "failed", True), ("TP3.1", "todo", False), ("TP3.B1", "todo", True)]
+    exercises = [{"id": name, "outcome": what, "bonus": bonus} for name, what, bonus in rows]
+
+    def following(*left: int) -> str:
+        chosen = [exercises[k] for k in left]
+        found = Summary({"exercises": chosen}, Texts("fr")).next_exercise()
+        return found["id"] if found else ""
+
+    assert [following(0, 1, 2), following(1, 2), following(2), following()] == [
+        *("TP2.B1", "TP3.1", "TP3.B1", ""),
+    ]
