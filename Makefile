@@ -109,7 +109,7 @@ lint: ## relit le C et le Python | checks the C and the Python
 	        xargs -P 2 -I FILE "$${python%/*}/clang-tidy" --quiet FILE -- -std=gnu11 -Icore_c && \
 	    "$$python" -m mypy --cache-dir "$$BUILD/mypy"
 
-test: ## les tests du projet, en quelques minutes | the tests of the project, in a few minutes
+test: ## les tests du projet, un quart d'heure sur deux cœurs | the tests of the project, a quarter of an hour on two cores
 	@$(MAKE) --no-print-directory -j 2 lint suite
 
 test-all: test ## et ceux qui passent tout en revue | and those that go through everything

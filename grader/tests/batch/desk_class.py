@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from grader.batch import command, csv_table
-from grader.tests.batch import fake_grading, moodle_site
+from grader.tests.batch import moodle_site
 from grader.tests.batch.fake_grading import source
 
 HEADER = (
@@ -144,13 +144,3 @@ class Laid:
         for filled in (path / "moodle").glob("*.csv"):
             moodle_site.assert_arrives(filled)
         return Desk(status, said.err + said.out, path)
-
-
-def laid(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> Laid:
-    """Return an empty class; what is handed in is not compiled."""
-    fake_grading.use(monkeypatch, pages=False)
-    folder = tmp_path / "class"
-    folder.mkdir()
-    return Laid(folder, capsys)

@@ -7,7 +7,7 @@
  *
  *   site      language, maximum, timezone, team (whether groups hand in), now (seconds since the epoch)
  *   people    by participant: submitted, grade, modified, locked, comment, group (null where there is none)
- *   uploads   in order: {"kind": "worksheet", content (base64), separator, encoding, ignore}
+ *   uploads   in order: {"kind": "worksheet", content (base64, UTF-8), separator, ignore}
  *             or {"kind": "feedback", paths}
  *
  * answer: people, and for each upload what became of each row or path.
@@ -31,11 +31,8 @@ function number_of(string $text, string $language)
 }
 
 /* The rows of a worksheet, each by its heading; false when a column is missing. */
-function rows_of(string $content, array $words, string $separator, string $encoding)
+function rows_of(string $content, array $words, string $separator)
 {
-    if (strcasecmp($encoding, 'utf-8') !== 0) {
-        $content = iconv($encoding, 'UTF-8', $content);
-    }
     $content = preg_replace('/^\xEF\xBB\xBF/', '', $content);
     $stream = fopen('php://temp', 'w+');
     fwrite($stream, str_replace("\r\n", "\n", $content));
@@ -87,8 +84,7 @@ function with_record(array $person, int $now): array
 function worksheet(array &$people, array $upload, array $site): array
 {
     $words = WORDS[$site['language']];
-    $rows = rows_of(base64_decode($upload['content']), $words, $upload['separator'],
-                    $upload['encoding']);
+    $rows = rows_of(base64_decode($upload['content']), $words, $upload['separator']);
     if ($rows === false) {
         return ['error' => 'columns'];
     }

@@ -152,11 +152,11 @@ def php() -> str:
     return found
 
 
-def sheet(content: bytes, separator: str = ",", encoding: str = "utf-8") -> dict[str, Any]:
-    """Return the upload of a worksheet."""
+def sheet(content: bytes, separator: str = ",") -> dict[str, Any]:
+    """Return the upload of a worksheet, in the form's own encoding."""
     return {
         **{"kind": "worksheet", "content": base64.b64encode(content).decode()},
-        **{"separator": separator, "encoding": encoding},
+        "separator": separator,
     }
 
 

@@ -6,7 +6,6 @@ Each is a whole run of the command; only the judgement of the C code is taken as
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from pathlib import Path
 
 import pytest
 
@@ -26,14 +25,6 @@ from grader.tests.batch.desk_class import (
 
 FILE = "assignsubmission_file"
 DEADLINE = "[deadlines]\nTP1 = 2026-03-02T23:59:00\n"
-
-
-@pytest.fixture
-def a_class(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> Laid:
-    """Return the folder of a class."""
-    return desk_class.laid(tmp_path, capsys, monkeypatch)
 
 
 def test_the_worksheets_maximum_is_another(a_class: Laid) -> None:

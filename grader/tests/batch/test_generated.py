@@ -8,27 +8,18 @@ from __future__ import annotations
 
 import json
 import zipfile
-from pathlib import Path
 
 import pytest
 
 from grader.batch import csv_table
 from grader.batch.names import letters_of
 from grader.console.run import ExitCode
-from grader.tests.batch import desk_class, generated
+from grader.tests.batch import generated
 from grader.tests.batch.desk_class import Desk, Laid
 from grader.tests.batch.generated import HARMLESS, SCALE, Drawn, Student
 from grader.tests.support.sampling import sampled
 
 CLASSES = 200
-
-
-@pytest.fixture
-def a_class(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> Laid:
-    """Return the folder of a class."""
-    return desk_class.laid(tmp_path, capsys, monkeypatch)
 
 
 @pytest.mark.parametrize("seed", sampled(range(CLASSES), range(0, CLASSES, 10)))

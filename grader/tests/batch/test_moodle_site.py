@@ -15,7 +15,6 @@ import pytest
 from grader.batch import moodle_files, moodle_worksheet
 from grader.batch.moodle_files import Filled
 from grader.batch.records import Mark, Member
-from grader.tests.batch import desk_class
 from grader.tests.batch.desk_class import Laid, packed, submission
 from grader.tests.batch.moodle_site import Person, Site, files, php, sheet, taken
 
@@ -154,12 +153,7 @@ def replace_value(mark: Mark, value: float | None) -> Mark:
 
 
 @pytest.mark.parametrize("language", ["fr", "en"])
-def test_groups_whole(
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
-    language: str,
-) -> None:
+def test_groups_whole(a_class: Laid, language: str) -> None:
     """From the archive to the site: every member has the group's mark and page, nobody else's."""
     to = Site(language, team=True)
     for k, (number, group) in enumerate({"114": 109, "110": 109, "111": 110, "109": 110}.items()):
@@ -167,17 +161,16 @@ def test_groups_whole(
         to.people[number] = Person(name, f"2190000{k}", HANDED, group, own, "Submitted")
     default = "Groupe par défaut" if language == "fr" else "Default group"
     to.people["113"] = Person("Seul", "21900009", HANDED, None, default, "Submitted")
-    laid = desk_class.laid(tmp_path, capsys, monkeypatch)
     kind = "assignsubmission_file"
-    laid.archive(
+    a_class.archive(
         {
             f"Binôme A_109_{kind}/r.zip": packed(submission(1)),
             f"Binôme B_110_{kind}/r.zip": packed(submission(0.5)),
             f"{default}_{kind}/r.zip": packed(submission(0.25)),
         }
     )
-    laid.write("w.csv", to.worksheet())
-    done = laid.run()
+    a_class.write("w.csv", to.worksheet())
+    done = a_class.run()
     content = (done.out / "moodle" / "w.csv").read_bytes()
     outcome, pages = to.upload(sheet(content), files(done.out / "moodle" / "feedback.zip"))
     assert len(taken(outcome)) == 5
@@ -200,14 +193,12 @@ def whole(laid: Laid, to: Site, worth: dict[str, float]) -> Laid:
     return laid
 
 
-def test_a_worksheet_older_than_marks_already_given_is_told(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_worksheet_older_than_marks_already_given_is_told(a_class: Laid) -> None:
     """The same download, filled again after an upload: its rows would be skipped."""
     to = site("en", people=3)
     for each in to.people.values():
         each.name = each.name.replace('"', "").replace("=", "")
-    laid = whole(desk_class.laid(tmp_path, capsys, monkeypatch), to, {"1": 1, "2": 0.5})
+    laid = whole(a_class, to, {"1": 1, "2": 0.5})
     first = laid.run()
     to.upload(sheet((first.out / "moodle" / "w.csv").read_bytes()))
     laid.write("manual.csv", "who;style\n21900002;2\n")

@@ -6,25 +6,14 @@ import json
 import zipfile
 from pathlib import Path
 
-import pytest
-
 from grader.batch import csv_table
 from grader.batch.results_folder import ResultsFolder
 from grader.console.run import ExitCode
-from grader.tests.batch import desk_class
 from grader.tests.batch.desk_class import Laid, packed, row, submission, table
 
 FILE = "assignsubmission_file"
 LATE = {"Last modified (submission)": "Tuesday, 3 March 2026, 10:00 PM"}
 RULES = "[deadlines]\nTP1 = 2026-03-02T23:59:00\n[late]\nper_day = 2\nmost = 20\n"
-
-
-@pytest.fixture
-def a_class(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> Laid:
-    """Return the folder of a class."""
-    return desk_class.laid(tmp_path, capsys, monkeypatch)
 
 
 def test_lateness_stands_on_the_page_and_in_the_comment(a_class: Laid) -> None:
