@@ -1,10 +1,8 @@
 """`python -m grader`."""
 
-import contextlib
 import gc
 import os
 import sys
-import tempfile
 
 from grader.sandbox import surroundings
 
@@ -17,8 +15,7 @@ from grader.sandbox import orphans, scratch  # noqa: E402
 
 gc.set_threshold(20_000)  # little of what a grade makes is garbage
 orphans.guard()
-with contextlib.suppress(OSError):  # who needs a temporary file will say what is wrong
-    tempfile.tempdir = str(scratch.own_folder())
+scratch.use()
 try:
     sys.exit(main())
 finally:

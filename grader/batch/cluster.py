@@ -80,7 +80,7 @@ def _all(client: Any, distributed: Any, tasks: Iterator[Task]) -> Iterator[Grade
             else future.result()
         )
         future.release()
-        if (bundle.failure or bundle.incomplete) and turn < TRIES:
+        if bundle.failure and turn < TRIES:
             send(task, turn + 1)
             continue
         for following in itertools.islice(tasks, 1):

@@ -8,26 +8,22 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
-
-from rich.console import Console
 
 from grader.batch import cluster, outputs, pool
 from grader.batch.contents import some
 from grader.batch.discovery import discover
+from grader.batch.grade_class import ClassGrading
 from grader.batch.last_run import person_of
 from grader.batch.preparation import Asked, beside, prepare
-from grader.batch.progress import Meter
-from grader.batch.records import BatchError, Graded, GradedFiles, Settings, Task
-from grader.batch.results_folder import ResultsFolder, StoredResult
-from grader.batch.tasks import TaskReader, read_candidate, task_of
+from grader.batch.records import BatchError, GradedFiles, Settings, Task
+from grader.batch.results_folder import ResultsFolder
+from grader.batch.tasks import read_candidate
 from grader.console import parser as usage
 from grader.console.parser import Parser
 from grader.console.run import ExitCode, complain, run
 from grader.course import settings as course
-from grader.course.message import Message
 from grader.course.settings import Course
 from grader.course.texts import LANGUAGES, Texts
 from grader.execution.canary import prove
@@ -84,7 +80,7 @@ def _batch(options: argparse.Namespace, texts: Texts) -> int:
         results.claim([person_of(each) for each in prepared.people])
         for each in prepared.notices:
             sys.stderr.write(f"{texts.say(each.key, **each.values)}\n")
-        graded = _grade(readers, results, options, settings, texts)
+        graded = _grading(results, options, settings).grade(readers, texts)
         told = outputs.write_all(results, prepared, graded, texts)
     sys.stdout.write("".join(f"{line}\n" for line in told.lines))
     if level is Level.PORTABLE and (left := before.files()):
@@ -122,69 +118,16 @@ def _prove(level: Level, texts: Texts) -> None:
         raise BatchError("batch.not_proved", level=level.value, acts=acts)
 
 
-def _grade(
-    readings: Sequence[TaskReader],
-    results: ResultsFolder,
-    options: argparse.Namespace,
-    settings: Settings,
-    texts: Texts,
-) -> dict[str, Graded]:
-    """Grade what is not known yet; return what is known of each candidate, by its name."""
-    found = {each.candidate.name: Graded(each.candidate) for each in readings}
-    todo: dict[str, TaskReader] = {}
-    for each in readings:
-        if not each.parts:
-            continue
-        name = each.candidate.name
-        known = results.known(name)
-        if known and known.fresh and known.parts == each.parts and not options.again:
-            found[name] = _graded(each, known)
-        else:
-            todo[name] = each
-    meter = Meter(texts, len(todo), Console(file=sys.stderr))
-    with results.writing(results.work), meter:
-        tasks = (task_of(each.candidate, settings) for each in todo.values())
-        for bundle in _bundles(tasks, results, options):
-            reading = todo[bundle.name]
-            if bundle.failure:
-                results.verify()  # or all the others would fail too
-                own = Graded(reading.candidate, failure=bundle.failure, parts=reading.parts)
-            else:
-                own = _graded(reading, results.save(bundle, reading.parts))
-            found[bundle.name] = own
-            meter.step(_has_failed(own))
-    return found | _suspicious([found[name] for name in todo])
+def _grading(
+    results: ResultsFolder, options: argparse.Namespace, settings: Settings
+) -> ClassGrading:
+    def run(tasks: Iterable[Task]) -> Iterator[GradedFiles]:
+        if options.scheduler:
+            return cluster.run(tasks, options.scheduler)
+        return pool.run(tasks, options.jobs, results.work)
 
-
-def _has_failed(graded: Graded) -> bool:
-    return bool(graded.failure) or bool(graded.results and graded.results["incomplete"])
-
-
-def _suspicious(graded: Sequence[Graded]) -> dict[str, Graded]:
-    """Return those at which the machine fails each time, while it grades most others, told so."""
-    failed = [each for each in graded if _has_failed(each)]
-    others = len(graded) - len(failed)
-    if others <= len(failed):
-        return {}
-    remark = Message("batch.suspicious", {"count": others})
-    return {
-        each.candidate.name: replace(
-            each, candidate=replace(each.candidate, remarks=(*each.candidate.remarks, remark))
-        )
-        for each in failed
-    }
-
-
-def _graded(reading: TaskReader, known: StoredResult) -> Graded:
-    return Graded(reading.candidate, known.summary, "", known.parts, known.seconds, known.cpu)
-
-
-def _bundles(
-    tasks: Iterator[Task], results: ResultsFolder, options: argparse.Namespace
-) -> Iterator[GradedFiles]:
-    if options.scheduler:
-        return cluster.run(tasks, options.scheduler)
-    return pool.run(tasks, options.jobs, results.work)
+    # Of several machines it is not known which one has failed.
+    return ClassGrading(results, run, settings, options.again, settles=not options.scheduler)
 
 
 def _parser(texts: Texts) -> Parser:

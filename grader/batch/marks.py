@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
+from grader.batch.contents import some
 from grader.batch.lateness import Lateness
 from grader.batch.names import is_named
 from grader.batch.records import BatchError, Graded, ManualMark, Mark, Member
@@ -69,13 +70,21 @@ def _of_submission(
     """Return the mark of who has a submission of their own."""
     if problem := _problem(graded):
         return _with(given, why=[*given.why, *problem])
-    if graded.results is None or graded.results["incomplete"]:
+    if graded.results is None or (graded.results["incomplete"] and not graded.settled):
         detail = graded.failure or Message("batch.incomplete")
         told = Message("batch.failed", {"detail": detail})
         return _with(given, why=[*given.why, told], error=True)
     if lateness.unknown:
         return _with(given, why=[*given.why, *lateness.remarks])
+    if graded.settled:
+        given = _with(given, why=[*given.why, _settled(graded.results)])
     return _counted(given, graded.results, hand, lateness, course)
+
+
+def _settled(results: Mapping[str, Any]) -> Message:
+    """Return what counts as failed although it could not be judged."""
+    lost = [name for name, outcome in results["checks"].items() if outcome == Outcome.ERROR.value]
+    return Message("batch.settled", {"checks": some(lost)})
 
 
 def _problem(graded: Graded | None) -> tuple[Message, ...]:

@@ -79,7 +79,7 @@ def run(tasks: Iterable[Task], jobs: int, folder: Path) -> Iterator[GradedFiles]
                 if worker.task is not None:  # it is dead, or as good as dead
                     worker.end()
                     workers.remove(worker)
-                if (bundle.failure or bundle.incomplete) and turn < TRIES and not late:
+                if bundle.failure and turn < TRIES and not late:
                     again.append((task, turn + 1))
                 else:
                     yield bundle

@@ -146,7 +146,10 @@ class Mark:
 
 @dataclass(frozen=True)
 class Graded:
-    """A candidate and what is known of it at the end of a run."""
+    """A candidate and what is known of it at the end of a run.
+
+    Of what is `settled`, the checks that the machine fails at count as failed.
+    """
 
     candidate: Candidate
     results: Mapping[str, Any] | None = None  # the content of results.json
@@ -154,3 +157,4 @@ class Graded:
     parts: Mapping[str, str] = field(default_factory=dict)  # what the result depends on, hashed
     seconds: float = 0.0
     cpu: float = 0.0
+    settled: bool = False

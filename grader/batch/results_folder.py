@@ -56,6 +56,7 @@ class StoredResult:
     seconds: float
     cpu: float
     fresh: bool  # the files are those that were written
+    settled: bool = False  # what could not be judged counts as failed
 
 
 class ResultsFolder:
@@ -144,12 +145,18 @@ class ResultsFolder:
             summary = _shared(state["summary"])
             done = hashlib.sha256((self.folder(name) / "results.json").read_bytes()).hexdigest()
             fresh = done == state["results"] and (self.folder(name) / "report.html").is_file()
-            return StoredResult(state["parts"], summary, state["seconds"], state["cpu"], fresh)
+            used = state["seconds"], state["cpu"]
+            return StoredResult(state["parts"], summary, *used, fresh, state["settled"])
         except (OSError, ValueError, KeyError, TypeError, AttributeError):
             return None
 
-    def save(self, bundle: GradedFiles, parts: Mapping[str, str]) -> StoredResult:
-        """Write a student's folder, then its state. Raises BatchError."""
+    def save(
+        self, bundle: GradedFiles, parts: Mapping[str, str], settled: bool = False
+    ) -> StoredResult:
+        """Write a student's folder, then its state. Raises BatchError.
+
+        What could not be judged is not kept, unless it is `settled`: it is tried again.
+        """
         self.verify()
         content = bundle.files["results.json"]
         summary = _shared(summarised(json.loads(content)))
@@ -166,10 +173,11 @@ class ResultsFolder:
                 "summary": summary,
                 "seconds": round(bundle.seconds, 3),
                 "cpu": round(bundle.cpu, 3),
+                "settled": settled,
             }
-            if not bundle.incomplete:  # what could not be judged is not kept: it is tried again
+            if settled or not bundle.incomplete:
                 write(self._state(bundle.name), state)
-        return StoredResult(parts, summary, bundle.seconds, bundle.cpu, fresh=True)
+        return StoredResult(parts, summary, bundle.seconds, bundle.cpu, True, settled)
 
     def _replace(self, part: Path, place: Path) -> None:
         if place.exists():

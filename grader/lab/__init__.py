@@ -29,6 +29,7 @@ from grader.lab.display import stopped
 from grader.lab.display.picture import Picture, figure, new_figure, show
 from grader.lab.display.stopped import Stopped
 from grader.lab.inspector import inspect
+from grader.sandbox import scratch
 
 __all__ = [
     "Core",
@@ -50,7 +51,8 @@ __all__ = [
 
 _DRAWINGS = ("tp1", "tp2", "tp3", "tp4", "tp4_octree", "tp5")
 
-stopped.install()
+if stopped.install():
+    scratch.use()  # what a kernel that is killed leaves there, the next one removes
 
 
 def __getattr__(name: str) -> ModuleType:

@@ -19,6 +19,12 @@ PREFIX = "mrt-run-"
 _LOCK = ".lock"
 
 
+def use() -> None:
+    """Have this process make its temporary files in a folder of its own, where that can be."""
+    with contextlib.suppress(OSError):  # who needs a temporary file will say what is wrong
+        tempfile.tempdir = str(own_folder())
+
+
 def own_folder() -> Path:
     """Make a folder for this process and those that it starts, where temporary files are.
 

@@ -21,11 +21,11 @@ class Stopped(Exception):
         self.shown, self.by_hand = shown, by_hand
 
 
-def install() -> None:
-    """In a notebook, show a Stopped as its card, and go on with the next cell."""
+def install() -> bool:
+    """In a notebook, show a Stopped as its card, and go on with the next cell; say if it is one."""
     shell = _shell()
     if shell is None:
-        return
+        return False
 
     def handle(
         shell: Any,
@@ -45,6 +45,7 @@ def install() -> None:
 
     shell.set_custom_exc((Stopped,), handle)
     shell.events.register("post_run_cell", settle)
+    return True
 
 
 def display(shown: Shown) -> None:

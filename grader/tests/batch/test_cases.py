@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from grader.batch import command
+from grader.batch import pool
 from grader.batch.records import GradedFiles
 from grader.console.run import ExitCode
 from grader.tests.batch import desk_class
@@ -272,7 +272,7 @@ def test_errors_beside_the_submissions_come_first(
         graded.append("begun")
         return iter(())
 
-    monkeypatch.setattr(command, "_bundles", grading)
+    monkeypatch.setattr(pool, "run", grading)
     done = a_class.run()
     assert (done.status, graded) == (ExitCode.FAILED, [])
     assert said in done.said

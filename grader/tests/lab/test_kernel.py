@@ -8,8 +8,10 @@ from typing import Any
 import nbformat
 import pytest
 from nbclient import NotebookClient
+from nbclient.exceptions import DeadKernelError
 
 from grader.course.exercises import ROOT
+from grader.sandbox.scratch import PREFIX
 from grader.tests.lab.conftest import Edit
 
 DOT = "float n_l = vector_dot(n, l);"
@@ -65,3 +67,19 @@ def test_what_is_printed_and_other_errors_stay_as_they_are(folder: Path, edit: E
     )
     assert (printed[0].name, printed[0].text) == ("stdout", "n.l 1\n")
     assert "fill_red" in wrong[0].text
+
+
+def test_what_a_killed_kernel_left_is_removed_by_the_next(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Folders of staged libraries, as for commands and batches."""
+    place = tmp_path / "temporary"
+    place.mkdir()
+    monkeypatch.setenv("TMPDIR", str(place))
+    start = "from grader.lab import Core\ncore = Core()\ncore.size = (96, 64)\n"
+    with pytest.raises(DeadKernelError):
+        run(folder, f"{start}core.render(scene=0)\nimport os\nos.kill(os.getpid(), 9)")
+    (left,) = place.glob(f"{PREFIX}*")
+    assert list(left.glob("mrt-*"))
+    run(folder, start)
+    assert not left.exists()

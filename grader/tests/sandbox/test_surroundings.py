@@ -179,3 +179,32 @@ def test_make_hands_nothing_of_python_s_on(tmp_path: Path) -> None:
         **dict.fromkeys(given),
         "PYTHON": "/mine",
     }
+
+
+def graded(tmp_path: Path, submission: Path, makeflags: str) -> tuple[int, str]:
+    """Return status and words of `make grade TP=1` with such a MAKEFLAGS."""
+    done = run(
+        *("make", "grade", "TP=1", f"SUBMISSION={submission}", f"BUILD={tmp_path}"),
+        cwd=ROOT,
+        MAKEFLAGS=makeflags,
+        MRT_ENV=sys.prefix,
+        MRT_LANG="en",
+    )
+    return done.returncode, done.stdout + done.stderr
+
+
+def test_no_option_of_make_s_changes_a_mark(tmp_path: Path) -> None:
+    """Nor do all of them together, where make does what it is asked."""
+    status, said = graded(tmp_path, ROOT / "reference", " -j8 -k -e -B -w -r -R -S")
+    assert status == 0
+    assert "15 / 15" in said
+
+
+@pytest.mark.parametrize(("flag", "status"), [("k", 2), ("e", 2), ("i", 0), ("n", 0), ("t", 0)])
+def test_three_options_of_make_s_change_the_status(tmp_path: Path, flag: str, status: int) -> None:
+    """By which make is asked to pass over errors, or to do nothing; the page says which."""
+    found, said = graded(tmp_path, tmp_path / "none", flag)
+    assert found == status
+    assert "/ 15" not in said
+    page = (ROOT / "INSTRUCTORS.md").read_text(encoding="utf-8")
+    assert (f"`-{flag}`" in page) == (status == 0)
