@@ -15,13 +15,16 @@ from typing import Any
 from grader.console.parser import Parser, tp_number
 from grader.course import exercises as manifest
 from grader.course.exercises import CORE, ROOT
+from grader.course.message import UserError
 from grader.course.texts import preferred
+from grader.intake import originals
 from grader.lab.display import store
 from grader.lab.display.links import graded, outputs
 from grader.lab.display.words import say, texts
 from grader.lab.server import serve
 
-FIRST = "00"
+FIRST, FIRST_SOURCE = "00", "notebooks/first_steps/main.c"
+UNWRITTEN = ("todo", "blocked")  # outcomes of what is still a stub, or waits for one
 SETTINGS: dict[str, dict[str, Any]] = {
     # No news and no update checks: a room may have no network.
     "@jupyterlab/apputils-extension/notification": {"checkForUpdates": False, "fetchNews": "false"},
@@ -134,16 +137,31 @@ def _has_display() -> bool:
 
 
 def _next_tp() -> int:
-    """Return the first TP that the last grade does not show as done; 0 before any grade."""
-    exercises = graded().get("exercises", [])
-    left = [each["tp"] for each in exercises if each["outcome"] != "passed" and not each["bonus"]]
+    """Return the first TP that the last grade does not show as done; 0 before any work."""
+    judged = graded().get("exercises", [])
+    begun = any(each["outcome"] not in UNWRITTEN for each in judged)
+    if not begun and not _is_edited():
+        return 0
+    if not judged:
+        return min(manifest.load().tps)
+    left = [each["tp"] for each in judged if each["outcome"] != "passed" and not each["bonus"]]
     return min(left, default=0)
 
 
+def _is_edited() -> bool:
+    """Whether a file to complete is not as it was handed out, as far as can be read."""
+    paths = [CORE / name for name in manifest.load().student]
+    try:
+        files = {path.name: path.read_bytes() for path in paths if path.is_file()}
+        return len(originals.untouched(files, in_place=True)) < len(files)
+    except (OSError, UserError):  # whoever needs them will say what is wrong
+        return True
+
+
 def _source(tp: int) -> str:
-    """Return the C file that a TP is about."""
+    """Return the C file that a TP, or the tools' notebook, is about."""
     files = [each.file for each in manifest.load().exercises if each.tp == tp]
-    return f"{CORE.name}/{(files or manifest.load().student)[0]}"
+    return f"{CORE.name}/{files[0]}" if files else FIRST_SOURCE
 
 
 if __name__ == "__main__":

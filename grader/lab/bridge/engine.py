@@ -33,6 +33,7 @@ from grader.execution.worker_process import (
 )
 from grader.intake.records import Submission
 from grader.intake.submission import read_submission
+from grader.lab.bridge.saves import SAVES
 from grader.lab.display import error_cards
 from grader.lab.display.links import outputs
 from grader.lab.display.stopped import Stopped, display
@@ -71,14 +72,6 @@ class OpenSession:
     defaults: Any = None  # C's own, as an array
 
 
-@dataclass
-class Saved:
-    """The student's files as they were last read."""
-
-    marks: Marks = ()
-    files: Mapping[str, bytes] = field(default_factory=dict)
-
-
 _latest: list[weakref.ref[Engine]] = []
 
 
@@ -93,8 +86,8 @@ class Engine:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.seconds = SECONDS
-        self.before = Saved()  # the files as they were before they were last changed
-        self.now = Saved()
+        self._marks: Marks = ()
+        self._files: Mapping[str, bytes] = {}
         self.errors = ""  # the compiler's, of the files as they are
         self._again = False
         self._said: tuple[str, ...] = ()
@@ -184,18 +177,19 @@ class Engine:
     def refresh(self) -> bool:
         """Look whether a file was saved; forget what was built of the old ones if so."""
         found = marks(self.folder)
-        if found == self.now.marks and self._builds:
+        if found == self._marks and self._builds:
             return False
         try:
             submission = read_submission(self.folder)
         except UserError as error:
             raise Stopped(error_cards.sentence(error.key, **error.values)) from None
-        if submission.files != self.now.files:
-            self.before, self.now = self.now, Saved(found, submission.files)
+        if submission.files != self._files:
+            self._files = submission.files
+            SAVES.note(self.folder, submission.files)
             self.errors, self._again = "", False
             self._builds.clear()
             self.close()
-        self.now.marks = found
+        self._marks = found
         self._submission = submission
         return True
 

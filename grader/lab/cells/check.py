@@ -10,7 +10,7 @@ from pathlib import Path
 from grader.build.records import BindError
 from grader.checking.shapes import Size
 from grader.course import exercises as manifest
-from grader.course.exercises import Exercise
+from grader.course.exercises import ROOT, Exercise
 from grader.course.message import UserError
 from grader.course.sizes import sizes_for
 from grader.evaluation.grading import grade
@@ -19,9 +19,11 @@ from grader.execution.libraries import Libraries
 from grader.execution.worker_process import MachineError
 from grader.intake.submission import read_submission
 from grader.lab.bridge.engine import marks
+from grader.lab.bridge.saves import SAVES
+from grader.lab.cells import record
 from grader.lab.display import error_cards
-from grader.lab.display.card import Shown, card, code, escape, fold, stack
-from grader.lab.display.links import core_folder, outputs
+from grader.lab.display.card import Shown, card, code, escape, fold, note, stack
+from grader.lab.display.links import core_folder, link, outputs
 from grader.lab.display.picture import tag
 from grader.lab.display.stopped import Stopped
 from grader.lab.display.words import say, texts
@@ -78,6 +80,7 @@ class Judge:
         result = next(each for each in results if each.id == exercise.id)
         judged = Judged(result, tuple(each for each in checks if each.exercise == exercise.id))
         self.done[exercise.id] = judged
+        record.keep(result)
         return judged
 
     def close(self) -> None:
@@ -90,6 +93,7 @@ class Judge:
         if self._libraries is None or key != self._key:
             self.close()
             submission = read_submission(folder)
+            SAVES.note(folder, submission.files)
             libraries = Libraries(submission, sizes, outputs() / "cache")
             self._libraries, self._key = self._stack.enter_context(libraries), key
         return self._libraries
@@ -104,9 +108,25 @@ def check(*exercises: str) -> Checked:
     The files are judged as they are saved. Raises Stopped, for an exercise that does not exist too.
     """
     judged = [JUDGE.judge(_exercise(each)) for each in exercises]
-    whole = stack([shown(each) for each in judged])
+    after = next_step(record.known()) if all(map(_is_right, judged)) else []
+    whole = stack([*(shown(each) for each in judged), *after])
     pixels = tuple(pixel for each in judged for pixel in _pixels(each.checks)[:1])
     return Checked(whole.html, whole.text, pixels)
+
+
+def _is_right(judged: Judged) -> bool:
+    return judged.result.outcome is Outcome.PASSED
+
+
+def next_step(rows: Sequence[record.Known]) -> list[Shown]:
+    """Return what to work on now, and the notebook where it is told; nothing when all is right."""
+    exercise = record.following(rows)
+    if exercise is None:
+        return [note(say("all_right"), "good")]
+    names = {"id": exercise.id, "function": exercise.functions[0], "file": exercise.file}
+    told = say("next", **names)
+    book = link(ROOT / "notebooks" / texts().language / f"TP{exercise.tp}.ipynb")
+    return [Shown(f"<p>{escape(told)} {book.html}</p>", f"{told} {book.text}")]
 
 
 def _exercise(name: str) -> Exercise:

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import contextlib
 import difflib
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from grader.course import exercises
 from grader.evaluation.records import CheckResult, Outcome
 from grader.lab.bridge.engine import Engine, last_engine
-from grader.lab.cells.check import JUDGE, SYMBOLS, explained
+from grader.lab.bridge.saves import SAVES
+from grader.lab.cells import record
+from grader.lab.cells.check import JUDGE, SYMBOLS, explained, next_step
 from grader.lab.cells.source import coloured, find
 from grader.lab.display.card import Shown, card, code, escape, stack, table
-from grader.lab.display.links import core_folder, graded, link
+from grader.lab.display.links import core_folder, link
+from grader.lab.display.stopped import Stopped
 from grader.lab.display.words import say, texts
 
 MAX_CHANGES = 30  # lines
@@ -20,33 +24,43 @@ _BAD = (Outcome.FAILED, Outcome.CRASHED, Outcome.TIMEOUT)
 
 
 def progress() -> Shown:
-    """Return every exercise with what is known of it: this session's checks, or the last grade."""
-    rows: list[list[Shown | str]] = []
-    last = {each["id"]: each for each in graded().get("exercises", [])}
-    for exercise in exercises.load().exercises:
-        if not exercise.checks:
-            continue
-        outcome, points, when = _known(exercise.id, last.get(exercise.id))
-        word = f"{SYMBOLS[outcome]} {texts().say(f'outcome.{outcome.value}')}" if outcome else "-"
-        most = texts().number(exercise.points / 100)
-        bonus = f" {texts().say('report.bonus')}" if exercise.bonus else ""
-        rows.append(
-            [
-                exercise.id,
-                exercise.functions[0],
-                exercise.titles[texts().language],
-                word,
-                f"{texts().number(points)} / {most}{bonus}" if outcome else f"- / {most}{bonus}",
-                when,
-            ]
-        )
+    """Return every exercise with what is known of it, the points of each TP, and the next step."""
+    found = record.known()
     heads = [say(f"column.{name}") for name in ("id", "function", "title", "outcome", "points")]
-    return table([*heads, say("column.when")], rows)
+    rows = table([*heads, say("column.when")], [_row(each) for each in found])
+    return stack([rows, _line(_by_tp(found)), *next_step(found)])
+
+
+def _row(known: record.Known) -> list[Shown | str]:
+    exercise, outcome = known.exercise, known.outcome
+    word = f"{SYMBOLS[outcome]} {texts().say(f'outcome.{outcome.value}')}" if outcome else "-"
+    points = texts().number(known.points) if outcome else "-"
+    bonus = f" {texts().say('report.bonus')}" if exercise.bonus else ""
+    return [
+        exercise.id,
+        exercise.functions[0],
+        exercise.titles[texts().language],
+        word,
+        f"{points} / {texts().number(exercise.points / 100)}{bonus}",
+        say(known.when) if known.when else "",
+    ]
+
+
+def _by_tp(rows: Sequence[record.Known]) -> str:
+    """Return the points of each TP, without its bonuses."""
+    told, number = [], texts().number
+    for tp in exercises.load().tps:
+        own = [each for each in rows if each.exercise.tp == tp and not each.exercise.bonus]
+        most = sum(each.exercise.points for each in own) / 100
+        told.append(f"TP{tp} {number(sum(each.points for each in own))} / {number(most)}")
+    return texts().say("report.by_tp", points=", ".join(told))
 
 
 def help_card() -> Shown:
     """Return what an assistant needs first: what fails, the function, the compiler, the change."""
     engine = last_engine() or Engine(core_folder())
+    with contextlib.suppress(Stopped):  # files that cannot be read: those of before
+        engine.refresh()
     parts = [_line(say("help_title"))]
     failing = _failing()
     if engine.errors:
@@ -56,18 +70,9 @@ def help_card() -> Shown:
     else:
         title = f"{failing.exercise} {failing.function} - {failing.title}"
         parts += [_line(title), explained(failing), *_function(failing.function, engine.folder)]
-    parts += _changes(engine)
+    parts += _changes(engine.folder)
     inside = stack(parts)
     return card(inside.html, inside.text)
-
-
-def _known(name: str, graded: Any) -> tuple[Outcome | None, float, str]:
-    judged = JUDGE.done.get(name)
-    if judged is not None:
-        return judged.result.outcome, judged.result.points / 100, say("this_session")
-    if graded:
-        return Outcome(graded["outcome"]), float(graded["points"]), say("last_grade")
-    return None, 0.0, ""
 
 
 def _failing() -> CheckResult | None:
@@ -87,11 +92,12 @@ def _function(name: str, folder: Path) -> list[Shown]:
     return [Shown(place.html + coloured(found.text), f"{place.text}\n{found.text}")]
 
 
-def _changes(engine: Engine) -> list[Shown]:
+def _changes(folder: Path) -> list[Shown]:
     """Return what was changed by the last save that this session has seen."""
     lines: list[str] = []
-    for name, now in engine.now.files.items():
-        before = engine.before.files.get(name, now)
+    before_all, now_all = SAVES.last(folder)
+    for name, now in now_all.items():
+        before = before_all.get(name, now)
         lines += difflib.unified_diff(
             before.decode(errors="replace").splitlines(),
             now.decode(errors="replace").splitlines(),

@@ -10,6 +10,7 @@ import pytest
 
 from grader.course.exercises import CORE, ROOT
 from grader.lab import Core
+from grader.lab.bridge import engine
 from grader.lab.cells import check
 from grader.tests.support.outputs import outputs
 
@@ -26,6 +27,7 @@ def folder(tmp_path: Path, cache: Path, monkeypatch: pytest.MonkeyPatch) -> Iter
     monkeypatch.setenv("MRT_CORE", str(place))
     monkeypatch.setenv("BUILD", str(outputs(tmp_path / "build", cache)))
     monkeypatch.setenv("MRT_LANG", "en")
+    engine._latest.clear()  # another test's
     yield place
     check.JUDGE.close()
     check.JUDGE.done.clear()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import signal
 import sys
 from pathlib import Path
@@ -46,21 +47,48 @@ def test_nothing_of_the_person_is_touched(tmp_path: Path, monkeypatch: pytest.Mo
 
 
 @pytest.mark.parametrize(
-    ("outcomes", "expected"),
-    [([], 0), ([("passed", 1), ("todo", 2)], 2), ([("passed", 1)], 0)],
+    ("outcomes", "edited", "expected"),
+    [
+        ([], False, 0),
+        ([("todo", 1), ("blocked", 2)], False, 0),  # the first grade, of nothing
+        ([], True, 1),
+        ([("todo", 1), ("blocked", 2)], True, 1),
+        ([("failed", 1), ("todo", 2)], False, 1),
+        ([("passed", 1), ("todo", 2)], False, 2),
+        ([("passed", 1)], False, 0),
+    ],
 )
 def test_the_next_tp(
     outcomes: list[tuple[str, int]],
+    edited: bool,
     expected: int,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """The first TP with something left; the tools' notebook before any grade, and when all is."""
+    """The first TP with something left; the tools' notebook before any work, and when all is."""
     monkeypatch.setenv("BUILD", str(tmp_path))
+    monkeypatch.setattr(__main__, "CORE", tmp_path / "core_c")
+    shutil.copytree(ROOT / "core_c", tmp_path / "core_c")
+    if edited:
+        with (tmp_path / "core_c" / "main.c").open("a", encoding="utf-8") as file:
+            file.write("int mine;\n")
     rows = [{"tp": tp, "outcome": outcome, "bonus": False} for outcome, tp in outcomes]
     (tmp_path / "grade").mkdir()
-    (tmp_path / "grade" / "results.json").write_text(json.dumps({"exercises": rows}), "utf-8")
+    if rows:
+        text = json.dumps({"exercises": rows})
+        (tmp_path / "grade" / "results.json").write_text(text, "utf-8")
     assert __main__._next_tp() == expected
+
+
+def test_each_notebook_opens_with_the_file_that_it_is_about() -> None:
+    """That of the tools with its own, which is there."""
+    found = {tp: __main__._source(tp) for tp in (0, 1, 2, 5)}
+    assert found == {
+        0: "notebooks/first_steps/main.c",
+        1: "core_c/main.c",
+        **dict.fromkeys((2, 5), "core_c/raytracer.c"),
+    }
+    assert all((ROOT / each).is_file() for each in found.values())
 
 
 def test_a_missing_notebook_and_a_closed_folder(

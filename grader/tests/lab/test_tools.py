@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import io
 import itertools
+import json
 import logging
+import os
 import re
+import time
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +17,7 @@ from PIL import Image
 
 from grader.course import exercises
 from grader.course.exercises import CORE, ROOT
+from grader.evaluation.records import Outcome
 from grader.lab import (
     Core,
     Stopped,
@@ -27,6 +31,7 @@ from grader.lab import (
     slider,
     source,
 )
+from grader.lab.cells import record
 from grader.lab.cells.source import find
 from grader.lab.display import store
 from grader.lab.display.picture import black, levels, png
@@ -72,6 +77,74 @@ def test_a_wrong_exercise_has_a_question_and_hints_to_unfold(
     assert "void fill_red(color *img) { return;" in card
     assert "+void fill_red(color *img) { return;" in card
     assert "pixel (0, 0)" in card
+
+
+def test_progress_keeps_what_other_notebooks_have_checked(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And the last grade; of both, what was seen last. Points by TP and the next step follow."""
+    check("TP1.1")
+    monkeypatch.setattr(record, "_START", time.time() + 1)  # another session
+    lines = progress().text.splitlines()
+    assert any(line.startswith("TP1.1 ") and "an earlier session" in line for line in lines)
+    assert any("TP1 2 / 15, TP2 0 /" in line for line in lines)
+    assert lines[-1] == "Next step: TP1.2, the function fill in main.c. Notebook: TP1.ipynb"
+    row = {"id": "TP1.1", "outcome": "failed", "points": 0.5}
+    results = {"exercises": [row], "graded_at": "2000-01-01T00:00:00+00:00"}
+    path = Path(os.environ["BUILD"]) / "grade" / "results.json"
+    path.parent.mkdir()
+    path.write_text(json.dumps(results), encoding="utf-8")
+    assert "TP1 2 / 15" in progress().text
+    path.write_text(json.dumps({**results, "graded_at": "2999-01-01T00:00:00+00:00"}), "utf-8")
+    text = progress().text
+    assert "TP1 0.5 / 15" in text
+    assert "last make grade" in text
+    assert "Next step: TP1.1" in text
+
+
+@pytest.mark.parametrize("content", ['{"TP1.1": {}}', '{"TP1.1": 3}', '{"TP1.1": {"at": 1}}'])
+def test_a_damaged_record_is_as_good_as_none(outputs: Path, content: str) -> None:
+    """Nothing is known then, and nothing is lost."""
+    outputs.mkdir(parents=True)
+    (outputs / "checks.json").write_text(content, encoding="utf-8")
+    assert "TP1 0 / 15" in progress().text
+
+
+def test_what_comes_next_is_said_after_a_check_that_passes(folder: Path, edit: Edit) -> None:
+    """Not after one that fails, which says what to look at."""
+    assert "Next step: TP1.1, the function fill_red" in check("TP1.2").text
+    edit("main.c", "void fill_red(color *img) {", "void fill_red(color *img) { return;")
+    assert "Next step" not in check("TP1.1").text
+
+
+def test_the_next_step_is_the_first_that_is_wrong() -> None:
+    """Then what is to do, bonuses last; what waits comes when nothing else is left."""
+    rows = {each.id: each for each in exercises.load().exercises if each.checks}
+    states = {"TP1.1": "passed", "TP2.2": "todo", "TP2.4": "crashed", "TP3.1": "failed"}
+    order = []
+    while True:
+        found = [
+            record.Known(each, Outcome(states[name]) if name in states else Outcome.BLOCKED)
+            for name, each in rows.items()
+            if name in ("TP2.B1", "TP4.1", *states)
+        ]
+        if (following := record.following(found)) is None:
+            break
+        order.append(following.id)
+        states[following.id] = "passed"
+    assert order == ["TP2.4", "TP3.1", "TP2.2", "TP4.1", "TP2.B1"]
+
+
+def test_the_help_card_has_the_last_change_when_only_checks_ran(folder: Path, edit: Edit) -> None:
+    """Without any picture drawn, and of the file as it is now."""
+    check("TP1.1")
+    edit("main.c", "void fill_red(color *img) {", "void fill_red(color *img) { return;")
+    check("TP1.1")
+    assert "+void fill_red(color *img) { return;" in help_card().text
+    edit("main.c", "{ return;", "{ if (!img) return;")
+    card = help_card().text
+    assert "-void fill_red(color *img) { return;" in card
+    assert "+void fill_red(color *img) { if (!img) return;" in card
 
 
 def test_the_skeleton_is_calm(folder: Path) -> None:
