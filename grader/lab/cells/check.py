@@ -22,7 +22,7 @@ from grader.lab.bridge.engine import marks
 from grader.lab.bridge.saves import SAVES
 from grader.lab.cells import record
 from grader.lab.display import error_cards
-from grader.lab.display.card import Shown, card, code, escape, fold, note, stack
+from grader.lab.display.card import Shown, capital, card, code, escape, fold, note, stack
 from grader.lab.display.links import core_folder, link, outputs
 from grader.lab.display.picture import tag
 from grader.lab.display.stopped import Stopped
@@ -214,7 +214,7 @@ def explained(result: CheckResult) -> Shown:
 def _pictures(result: CheckResult) -> str:
     figures = []
     for role, content in result.images.items():
-        name = texts().get(f"lab.role.{role}", role)
+        name = capital(texts().get(f"lab.role.{role}", role))
         shown = tag(content, say("picture_of", role=name, title=result.title))
         figures.append(
             f'<figure style="display:inline-block;margin:.4em .8em .4em 0">{shown.html}'

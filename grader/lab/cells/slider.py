@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -10,8 +11,8 @@ import numpy as np
 from grader.lab.display.card import Shown, card, code, escape
 from grader.lab.display.picture import Picture, image
 from grader.lab.display.stopped import Stopped
+from grader.lab.display.words import texts
 
-STEPS = 100  # of a slider between two numbers that are not both whole
 Range = tuple[Any, ...]
 
 
@@ -60,7 +61,8 @@ def slider(function: Callable[..., Any], **ranges: Range | Any) -> Slider:
     """Return sliders for the arguments of a function that returns a picture or what `show` gives.
 
     A range is (first, last) or (first, last, start): whole numbers when both are; a list of
-    choices; or True or False. The slider starts at `start`, or else at the first.
+    choices, which the slider puts in order; or True or False. It starts at `start`, or else at the
+    first.
     """
     return Slider(function, ranges)
 
@@ -78,13 +80,40 @@ def _control(name: str, each: Any) -> Any:
     if isinstance(each, bool):
         return ipywidgets.Checkbox(value=each, **wide)
     if isinstance(each, list):
-        return ipywidgets.SelectionSlider(options=each, value=each[0], **wide)
+        return _choice(sorted(each), each[0], wide)
     first, last = each[:2]
-    settings = {"min": first, "max": last, "value": _start(each), **wide}
     if isinstance(first, int) and isinstance(last, int):
-        return ipywidgets.IntSlider(**settings)
-    step = (last - first) / STEPS
-    return ipywidgets.FloatSlider(step=step, readout_format=".4g", **settings)
+        return ipywidgets.IntSlider(min=first, max=last, value=_start(each), **wide)
+    return _choice(grid(first, last, _start(each)), _start(each), wide)
+
+
+def _choice(values: Sequence[Any], start: Any, wide: Mapping[str, Any]) -> Any:
+    """Return a slider along values, each written as the language writes it.
+
+    Numbers go there as they are: those that a browser computes from a step may miss them a little.
+    """
+    import ipywidgets
+
+    options = [(_told(each), each) for each in values]
+    return ipywidgets.SelectionSlider(options=options, value=start, **wide)
+
+
+def grid(first: float, last: float, start: float) -> list[float]:
+    """Return numbers from the first to the last, in round steps that meet both, and the start."""
+    low, high, middle = (Fraction(str(each)) for each in (first, last, start))
+    for step in _round_steps(high - low):
+        if (high - low) % step == 0 and (middle - low) % step == 0:
+            return [float(low + k * step) for k in range(int((high - low) / step) + 1)]
+    raise ValueError(f"no round step leads from {first} to {last} by {start}")
+
+
+def _round_steps(length: Fraction) -> Iterator[Fraction]:
+    """Yield 0.05, 0.02, 0.01, ...: those that part a length in 20 to 2000, the coarsest first."""
+    for power in range(6, -10, -1):
+        for digit in (5, 2, 1):
+            step = digit * Fraction(10) ** power
+            if 20 <= length / step <= 2000:
+                yield step
 
 
 def _drawn(function: Callable[..., Any], values: Mapping[str, Any]) -> Shown:
@@ -105,4 +134,7 @@ def _drawn(function: Callable[..., Any], values: Mapping[str, Any]) -> Shown:
 
 
 def _told(value: Any) -> str:
-    return f"{value:.4g}" if isinstance(value, (float, np.floating)) else str(value)
+    """Return a value as the notebook's language writes it."""
+    if isinstance(value, (float, np.floating)):
+        return texts().number(float(f"{value:.4g}"))
+    return str(value)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -19,6 +20,10 @@ _PRE = (
     "font-family:var(--jp-code-font-family, monospace);"
     "white-space:pre;overflow-x:auto;margin:.4em 0"
 )
+
+
+# A word of the language: neither a symbol (t, d.n, max_depth) nor a value of C's.
+_WORD = re.compile(r"(?!true\b|false\b|out->)[^\W\d_A-Z]{3,}(?![\w.(=])")
 
 
 @dataclass(frozen=True)
@@ -39,6 +44,11 @@ class Shown:
 def escape(text: object) -> str:
     """Return a text as HTML that shows it as it is."""
     return html.escape(str(text))
+
+
+def capital(text: str) -> str:
+    """Return a title with a capital, where it begins with a word."""
+    return text[:1].upper() + text[1:] if _WORD.match(text) else text
 
 
 def card(inside: str, text: str, tone: str = "plain") -> Shown:

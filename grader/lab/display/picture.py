@@ -118,6 +118,9 @@ def new_figure(
 
 def figure(drawn: Figure, alt: str) -> Shown:
     """Return a matplotlib figure as what a cell shows; `alt` says what is to be seen."""
+    from grader.lab.display.dressing import dress
+
+    dress(drawn)
     out = io.BytesIO()
     drawn.savefig(out, format="png")
     return tag(out.getvalue(), alt)

@@ -97,7 +97,7 @@ class Record:
         return tuple(name for name in self._data.dtype.names or () if name != "seed")
 
     def _title(self) -> str:
-        return self.kind
+        return _named(self.kind)
 
     def _cells(self) -> list[tuple[str, Any]]:
         return [(name, getattr(self, name)) for name in self._names()]
@@ -124,7 +124,7 @@ class Record:
         items = [record(flat[k], type(self)) for k in range(min(len(flat), MAX_SHOWN))]
         rows = [[str(k), *each._row()] for k, each in enumerate(items)]
         inside = table(["", *self._heads()], rows)
-        head = f"{self.kind} x {' x '.join(map(str, self.shape))}"
+        head = f"{_named(self.kind)} x {' x '.join(map(str, self.shape))}"
         rest = say("more", count=len(flat) - len(items)) if len(flat) > len(items) else ""
         text = "\n".join(filter(None, [head, inside.text, rest]))
         return Shown(f"<b>{escape(head)}</b>{inside.html}{escape(rest)}", text)
@@ -175,7 +175,7 @@ class Object(Record):
         return (*SHAPES.get(int(self._data["type"]), ("", ("type",)))[1], "mat")
 
     def _title(self) -> str:
-        return SHAPES.get(int(self._data["type"]), (self.kind, ()))[0]
+        return _named(SHAPES.get(int(self._data["type"]), (self.kind, ()))[0])
 
     def _heads(self) -> list[str]:
         return ["type", say("geometry"), *_MATERIAL]
@@ -250,6 +250,11 @@ def record(data: Array, kind: type[Record]) -> Record:
     if kind is Hit and np.shape(data) == () and not data["hit"]:
         kind = Miss
     return kind(data)
+
+
+def _named(kind: str) -> str:
+    """Return the name of a kind of struct in the language of the notebook."""
+    return say(f"kind.{kind}")
 
 
 def _friendly(name: str, value: Array, lead: tuple[int, ...]) -> Any:

@@ -220,9 +220,13 @@ def last_object_wins(core: Core) -> Shown:
     """Draw scene 0 as it would look if no hit lowered tmax: each object over those before it."""
     core.scene(0)
     picture = np.full((COARSE[1], COARSE[0], 3), SKY, np.float32)
-    for hits in _met(core, _rays(core)):
+    found = _met(core, _rays(core))
+    for hits in found:
         picture[hits.hit] = hits.material.data["kd"][hits.hit]
-    return show(picture, alt=sentence("tp2.last_alt"))
+    floor, met = np.mean(found[-1].hit), np.mean(np.any([each.hit for each in found], axis=0))
+    shares = zip(("floor", "balls", "sky"), (floor, met - floor, 1 - met), strict=True)
+    told = {key: number(100 * float(each), 0) for key, each in shares}
+    return show(picture, alt=sentence("tp2.last_alt", **told))
 
 
 def depth_and_normals(core: Core) -> Shown:

@@ -27,6 +27,7 @@ FLOOR = -0.2  # height of the floor of the scenes
 COARSE = (160, 90)  # pixels: enough for maps that need many calls
 POINT = np.dtype([("position", "f4", (3,)), ("normal", "f4", (3,))])  # of an intersection
 LAMP, BARRIER, BEYOND = (0.6, 1.5), (0.1, 0.5, 0.3), (1.55, 2.2, 0.4)  # x, y, radius
+DARK = 1e-3  # of a component: less is none
 NANO = 1e-9  # the unit of surface_errors
 SPHERE = 1  # the type of an object
 HIGH = 0.5  # a ball above it hides no path: only its outline is drawn, seen from above
@@ -105,7 +106,9 @@ def colored_shadows(core: Core) -> Shown:
     floor = core.plane((0, 1, 0), -FLOOR, **white)
     core.set_scene([ball, floor], lights, core.camera((0.9, 1.3, 1.7), (0, 0, 0)))
     picture = core.render(reflections=False)
-    return show(picture, sentence("tp4.three_colors"), alt=sentence("tp4.colors_alt"))
+    lacking = [number(100 * float(np.mean(picture[..., k] < DARK)), 0) for k in range(3)]
+    alt = sentence("tp4.colors_alt", shares=" ; ".join(lacking))
+    return show(picture, sentence("tp4.three_colors"), alt=alt)
 
 
 # ---- Rounding -----------------------------------------------------------------------------------

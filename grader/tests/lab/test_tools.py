@@ -32,9 +32,11 @@ from grader.lab import (
     source,
 )
 from grader.lab.cells import record
+from grader.lab.cells import slider as slide
 from grader.lab.cells.source import find
 from grader.lab.display import store
-from grader.lab.display.picture import black, levels, png
+from grader.lab.display.card import capital
+from grader.lab.display.picture import black, figure, levels, new_figure, png
 from grader.tests.lab.conftest import Edit
 
 DOT = "float n_l = vector_dot(n, l);"
@@ -332,3 +334,88 @@ def test_a_slider_survives_a_crash(core: Core, edit: Edit) -> None:
     edit("raytracer.c", "volatile int *p = 0; *p = 1;", "")
     slide.value = 0
     assert area.value == shown.html
+
+
+TRIPLE = re.compile(r"\((-?[0-9.e-]+), (-?[0-9.e-]+)(?:, (-?[0-9.e-]+))?\)")
+
+
+def decimal_ranges() -> list[tuple[float, float, float]]:
+    """Return the ranges of decimals of the sliders of all notebooks."""
+    found = set()
+    for path in (ROOT / "notebooks").glob("*/*.md"):
+        for call in re.findall(r"slider\((.*?)\n?\)\n", path.read_text("utf-8"), re.DOTALL):
+            for low, high, start in TRIPLE.findall(call):
+                if "." in low + high:
+                    found.add((float(low), float(high), float(start or low)))
+    return sorted(found)
+
+
+@pytest.mark.parametrize(("low", "high", "start"), decimal_ranges())
+def test_sliders_stand_on_their_grid(low: float, high: float, start: float) -> None:
+    """Both ends and the start are among their values, to the last bit, as are round numbers."""
+    values = slide.grid(low, high, start)
+    assert {low, high, start} <= {*values}
+    assert 20 <= len(values) - 1 <= 2000
+    assert all(len(f"{each:.10g}") <= 6 for each in values)
+
+
+def test_a_slider_without_a_grid_is_refused() -> None:
+    """Who writes a notebook is told so at once."""
+    assert len(decimal_ranges()) > 5
+    with pytest.raises(ValueError, match="no round step"):
+        slide.grid(0.0, 1.0, 1 / 3)
+
+
+def test_a_slider_writes_numbers_as_the_language(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With a comma in French; choices are in order, and begin with the first that is given."""
+    monkeypatch.setenv("MRT_LANG", "fr")
+    box, _ = slider(lambda x, s: x, x=(0.5, 5.0, 4.0), s=[20, 0.5, 5])._box()
+    number, choice, _ = box.children
+    assert (number.label, choice.label) == ("4", "20")
+    assert number.options[1] == ("0,6", 0.6)
+    assert [label for label, _ in choice.options] == ["0,5", "5", "20"]
+
+
+# ---- Drawings ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("title", "shown"),
+    [
+        ("écart à la surface", "Écart à la surface"),
+        ("distance t", "Distance t"),
+        ("longueur de out->dir : 1", "Longueur de out->dir : 1"),
+        *((each, each) for each in ("t = 3", "d.n = 0", "max_depth = 2", "in_shadow : true")),
+        *((each, each) for each in ("true, un objet", "./mrt 4", "f(t)", "Scène 0", "", "(0, 1)")),
+    ],
+)
+def test_titles_begin_with_a_capital(title: str, shown: str) -> None:
+    """But where they begin with a symbol or a value of C's."""
+    assert capital(title) == shown
+
+
+@pytest.mark.parametrize(
+    ("language", "tick", "title"), [("fr", "0,5", "Écart"), ("en", "0.5", "Écart")]
+)
+def test_ticks_are_written_as_the_language(
+    monkeypatch: pytest.MonkeyPatch, language: str, tick: str, title: str
+) -> None:
+    """With a comma in French; the title of all has its capital too."""
+    monkeypatch.setenv("MRT_LANG", language)
+    drawn, axes = new_figure()
+    axes.plot([0, 1], [0, 1])
+    axes.set_xticks([0, 0.5, 1])
+    drawn.suptitle("écart")
+    figure(drawn, "words")
+    assert [each.get_text() for each in axes.get_xticklabels()][1] == tick
+    assert drawn.get_suptitle() == title
+
+
+def test_values_have_names_of_the_language(core: Core, monkeypatch: pytest.MonkeyPatch) -> None:
+    """No "Miss" in a French notebook."""
+    ball = core.sphere((0, 0, 0), 1)
+    rays = [core.ray((0, y, -3), (0, 0, 1)) for y in (0, 5)]
+    monkeypatch.setenv("MRT_LANG", "fr")
+    texts = [repr(core.intersect_sphere(each, ball)) for each in rays]
+    assert [each.splitlines()[0] for each in texts] == ["Rencontre", "Aucune rencontre"]
+    assert repr(ball).startswith("Sphère")
