@@ -49,13 +49,12 @@ static bool in_range(const ray *r, float t) {
     return t >= r->tmin && t <= r->tmax;
 }
 
-/* Writes down a hit at t; true, so that the caller can return it. */
-static bool record_hit(ray *r, intersection *it, float t, vec3 normal, const material *mat) {
+/* Writes down a hit at t. */
+static void record_hit(ray *r, intersection *it, float t, vec3 normal, const material *mat) {
     r->tmax = t;
     it->position = ray_at(*r, t);
     it->normal = normal;
     it->mat = *mat;
-    return true;
 }
 /* END SOLUTION */
 
@@ -70,7 +69,8 @@ bool intersect_plane(ray *r, intersection *it, const object *obj) {
     if (!in_range(r, t)) {
         return false;
     }
-    return record_hit(r, it, t, obj->normal, &obj->mat);
+    record_hit(r, it, t, obj->normal, &obj->mat);
+    return true;
     /* END SOLUTION */
 }
 
@@ -113,7 +113,8 @@ bool intersect_sphere(ray *r, intersection *it, const object *obj) {
         return false;
     }
     vec3 outwards = vector_minus(ray_at(*r, t), obj->center);
-    return record_hit(r, it, t, vector_normalized(outwards), &obj->mat);
+    record_hit(r, it, t, vector_normalized(outwards), &obj->mat);
+    return true;
     /* END SOLUTION */
 }
 
@@ -162,7 +163,8 @@ static bool intersect_disc(ray *r, intersection *it, point3 center, vec3 normal,
     if (!in_range(r, t) || vector_sqnorm(from_center) > obj->radius * obj->radius) {
         return false;
     }
-    return record_hit(r, it, t, normal, &obj->mat);
+    record_hit(r, it, t, normal, &obj->mat);
+    return true;
 }
 
 /* Hit on the side of a cylinder at t, if there the height along the axis lies between the two ends. */
@@ -172,7 +174,8 @@ static bool hit_cylinder_side(ray *r, intersection *it, const object *obj, float
     if (!in_range(r, t) || height < 0.f || height > obj->length) {
         return false;
     }
-    return record_hit(r, it, t, vector_normalized(across(from_base, obj->axis)), &obj->mat);
+    record_hit(r, it, t, vector_normalized(across(from_base, obj->axis)), &obj->mat);
+    return true;
 }
 /* END SOLUTION */
 
@@ -204,7 +207,8 @@ static bool hit_cone_side(ray *r, intersection *it, const object *obj, point3 ap
     /* The slope of the side: radius up along the axis for length outwards. */
     vec3 outwards = vector_normalized(across(from_apex, obj->axis));
     vec3 normal = vector_add(vector_float_mul(obj->length, outwards), vector_float_mul(obj->radius, obj->axis));
-    return record_hit(r, it, t, vector_normalized(normal), &obj->mat);
+    record_hit(r, it, t, vector_normalized(normal), &obj->mat);
+    return true;
 }
 
 /* The two t at which the ray meets the endless double cone: a t^2 + 2 b t + c = 0, in growing order. */

@@ -29,7 +29,10 @@ _WAYS = {"with its bonuses": True, "without bonuses": False}
 
 @dataclass(frozen=True)
 class Reached:
-    """A program of who has just reached an exercise; `mistake` is None when it is right so far."""
+    """A program of who has just reached an exercise; `mistake` is None when it is right so far.
+
+    The mistake is one of this exercise, or of an earlier one that nothing could show before.
+    """
 
     exercise: str
     mistake: Mistake | None
@@ -64,7 +67,7 @@ def programs() -> Iterator[Reached]:
             if exercise.checks:
                 yield Reached(exercise.id, None, bonuses)
         for mistake in mistakes.load():
-            yield Reached(mistake.exercise, mistake, bonuses)
+            yield Reached(mistake.seen_from, mistake, bonuses)
 
 
 def report(found: Iterable[tuple[Reached, Grade]], whole: bool = True) -> Part:
@@ -91,17 +94,18 @@ def report(found: Iterable[tuple[Reached, Grade]], whole: bool = True) -> Part:
 def faults(program: Reached, grade: Grade) -> Iterator[str]:
     """Yield what is not as it should be, a line each."""
     checks = grade.content["checks"]
+    exercise = program.mistake.exercise if program.mistake else program.exercise
     red = {each["exercise"] for each in checks if each["outcome"] in RED}
-    if elsewhere := red - {program.exercise}:
+    if elsewhere := red - {exercise}:
         yield f"{program.name}: {listed(elsewhere)} is red too"
     if program.mistake is None:
-        if program.exercise in red:
+        if exercise in red:
             yield f"{program.name}: is red, and right"
         return
-    own = [each for each in checks if each["exercise"] == program.exercise]
+    own = [each for each in checks if each["exercise"] == exercise]
     shown = [each for each in own if each["outcome"] in RED]
     if not shown:
-        yield f"{program.name}: is not shown in {program.exercise}"
+        yield f"{program.name}: is not shown in {exercise}"
         return
     # What a grade that is kept leaves out.
     content = {**grade.content, "isolation": "strong", "graded_at": "2026-01-01T00:00:00+00:00"}
@@ -109,7 +113,7 @@ def faults(program: Reached, grade: Grade) -> Iterator[str]:
     lines = [line for line, _ in view.lines()]
     if not any(shown[0]["message"].splitlines()[0] in line for line in lines):
         yield f"{program.name}: is not told on the terminal"
-    if not any(program.exercise in line for line, _ in view.summary.next_step()):
-        yield f"{program.name}: {program.exercise} is not the next step"
+    if not any(exercise in line for line, _ in view.summary.next_step()):
+        yield f"{program.name}: {exercise} is not the next step"
     if shown[0]["title"] not in html.unescape(page.render(content, Path("nowhere"))):
         yield f"{program.name}: is not on the page"

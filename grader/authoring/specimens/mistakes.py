@@ -26,6 +26,7 @@ class Mistake:
     exercise: str
     worth: Range  # the share of its points that a teacher takes off, pictures aside
     shows: tuple[str, ...]  # ids of the checks that see it
+    seen_from: str  # the exercise before which nothing can show it: mostly its own
     twins: tuple[str, ...] = ()  # mistakes that no stored answer tells from this one
     folder: Path = FOLDER
 
@@ -57,6 +58,7 @@ def load(folder: Path = FOLDER) -> tuple[Mistake, ...]:
                 worth=worth[row["worth"]],
                 shows=tuple(row["shows"]),
                 twins=tuple(row.get("twins", ())),
+                seen_from=row.get("seen_from", row["exercise"]),
                 folder=folder,
             )
             for name, row in data["mistake"].items()

@@ -236,7 +236,8 @@ def direct(m: Maker, lights: Array, count: int = 40) -> Question:
     v[0] = UP
     hits = m.hits(position, n, mat)
     far = m.objects("SPHERE", 1, center=(0, 900, 0), radius=0.1)
-    batch = Batch("direct_light", {"it": hits, "v": v}, m.world(far, lights, fresnel=False))
+    world = m.world(far, lights, fresnel=False, shadows=False)
+    batch = Batch("direct_light", {"it": hits, "v": v}, world)
     most = result(m.ask(batch)).max(axis=1)
     clear = (most == 0) | (most > FAINT)
 
