@@ -90,14 +90,16 @@ class View:
         pointed, others = self.summary.pointed_out()
         if pointed or others:
             yield "", ""
+        if pointed:
             yield self.texts.say("report.warnings"), ""
             yield from ((f"  {line}", "") for line in pointed[:MAX_WARNINGS])
         for key, count in (
             ("report.more", len(pointed) - MAX_WARNINGS),
-            ("report.other_warnings", others),
+            ("report.other_warnings" if pointed else "report.minor_warnings", others),
         ):
             if count > 0:
-                yield "  " + self.texts.say(key, count=count, path=self.path), ""
+                margin = "  " if pointed else ""
+                yield margin + self.texts.say(key, count=count, path=self.path), ""
 
     def _errors(self, errors: list[Row]) -> Iterator[Line]:
         for each in errors[:MAX_ERRORS]:

@@ -479,6 +479,20 @@ def test_what_a_warning_means_stands_in_its_place() -> None:
     ]
 
 
+def test_warnings_without_a_meaning_are_one_line() -> None:
+    """No title above nothing."""
+    warnings = ["main.c:1: warning: w"]
+    build = {"ok": True, "errors": [], "rejected": {}, "log": "", "warnings": warnings}
+    build |= {"advice": []}
+    lines = shown(content((exercise(1, "passed", 4), [check(1, "passed")]), build=build))
+    (told,) = [k for k, line in enumerate(lines) if "compilateur" in line]
+    assert lines[told - 1 : told + 2] == [
+        "",
+        "(messages du compilateur, sans effet sur les points : 1, dans build/grade/report.html)",
+        "",
+    ]
+
+
 def test_what_waits_makes_the_total_a_lower_bound() -> None:
     """Provisional, and "at least"."""
     rows = [check(1, "blocked", note="Il faut d'abord écrire TP1.2.")]
