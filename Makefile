@@ -4,7 +4,7 @@
 # Paths here are relative, and values travel by the environment, so that this works from any folder.
 
 .DEFAULT_GOAL := help
-.PHONY: help grade mrt try debug restore lab submit update release batch purge oral notebooks figures expected calibrate prove skeleton format lint test test-all bench doctor wheelhouse print-flags clean
+.PHONY: help grade watch mrt try debug restore lab submit update release batch purge oral notebooks figures expected calibrate prove skeleton format lint test test-all bench doctor wheelhouse print-flags clean
 
 SUBMISSION ?= core_c
 SRC ?= core_c
@@ -33,7 +33,12 @@ help: ## cette liste | this list
 grade: ## évalue votre code : TP=1, K=fill, HINT=2, SUBMISSION=dossier | grades your code: TP=1, K=fill, HINT=2, SUBMISSION=folder
 	@$(call PYTHON_OF,grade) && "$$python" -m grader grade "$$SUBMISSION" \
 	    $${TP:+--tp "$$TP"} $${K:+-k "$$K"} $${HINT:+--hint "$$HINT"} $${ISOLATION:+--isolation "$$ISOLATION"} \
-	    $${EXPECTED:+--expected "$$EXPECTED"} --build "$$BUILD"
+	    $${EXPECTED:+--expected "$$EXPECTED"} $${ANNOTATE:+--annotate "$$ANNOTATE"} --build "$$BUILD"
+
+watch: ## évalue à chaque enregistrement : TP=1, K=fill | grades at each save: TP=1, K=fill
+	@$(call PYTHON_OF,grade) && "$$python" -m grader watch "$$SUBMISSION" \
+	    $${TP:+--tp "$$TP"} $${K:+-k "$$K"} $${HINT:+--hint "$$HINT"} $${ISOLATION:+--isolation "$$ISOLATION"} \
+	    $${ANNOTATE:+--annotate "$$ANNOTATE"} --build "$$BUILD"
 
 mrt: ## compile core_c/mrt : WIDTH=640 HEIGHT=360, SCENE_SIZE=, CC= | builds core_c/mrt: WIDTH=640 HEIGHT=360, SCENE_SIZE=, CC=
 	@sh grader/setup/program.sh mrt

@@ -36,7 +36,7 @@ from grader.setup import release_record
 from grader.setup.release_record import ORIGINALS, RECORD, TOP, Release, digest
 
 # Beside the files that exercises.toml names.
-CORE_FILES = (authors.NAME, "texture.ppm", "Makefile")
+CORE_FILES = (authors.NAME, "texture.ppm", "Makefile", "compile_flags.txt")
 # By folder, the kinds of files that go in; sources of the notebooks stay behind.
 FOLDERS = {
     "grader": (
@@ -47,9 +47,13 @@ FOLDERS = {
     "reference/expected": (".npz", ".png", ".json"),
 }
 LEFT_OUT = ("grader/batch/", "grader/authoring/", "grader/tests/")
-WHOLE_FILES = ("LICENSE", "pyproject.toml")
+EDITOR_FILES = ("c_cpp_properties", "extensions", "launch", "tasks")
+WHOLE_FILES = (
+    *("LICENSE", "pyproject.toml", ".editorconfig"),
+    *(f".vscode/{name}.json" for name in EDITOR_FILES),
+)
 TARGETS = (
-    *("help", "grade", "mrt", "try", "debug", "restore"),
+    *("help", "grade", "watch", "mrt", "try", "debug", "restore"),
     *("lab", "submit", "update", "doctor", "clean"),
 )
 SECTIONS = ("Les cinq premières minutes", "The first five minutes", "Commands")

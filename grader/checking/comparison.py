@@ -129,7 +129,7 @@ class Answers:
         for name in names:
             before, after = self.batch.args[name], self.answer.out[name]
             for part in before.dtype.names or ():
-                changed = _differs(before[part], after[part]) & where
+                changed = differs(before[part], after[part]) & where
                 if changed.any():
                     self.observations.note(f"{self.name} {name}.{part} kept", changed, changed)
                     case = self.simplest(changed)
@@ -282,7 +282,7 @@ def _name(pick: str) -> str:
     return "material" if ".mat." in pick else pick.rpartition(".")[2]
 
 
-def _differs(before: Array, after: Array) -> Array:
+def differs(before: Array, after: Array) -> Array:
     """Return which rows are not the same bytes."""
     count = len(before)
     sides = [np.frombuffer(each.tobytes(), np.uint8).reshape(count, -1) for each in (before, after)]

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from grader.checking.comparison import MATERIAL
+from grader.checking.comparison import MATERIAL, differs
 from grader.checking.expected_data import Array, Batch
 from grader.checking.observations import Observations
 from grader.checking.student import Bench, CallDied, Student, Wrong
@@ -38,24 +38,28 @@ class Alone:
     """What the submission's intersect_object says of rays and the objects of a scene, one by one.
 
     `count` is how many each ray meets, `rays` and `hits` are left by the nearest; `sound` marks the
-    rays of which that is as stored, and that no refusal has changed.
+    rays of which that is as stored, and that no refusal has changed; `kept` those of which no
+    refusal has changed the intersection.
     """
 
     rays: Array
     hits: Array
     count: Array
     sound: Array
+    kept: Array
 
 
 def met_alone(bench: Bench, batch: Batch, given: Array) -> Alone:
     """Put the objects of a batch's scene one by one to rays, where the batch is set."""
-    rays, count, sound = given.copy(), np.zeros(len(given), int), np.ones(len(given), bool)
+    rays, count = given.copy(), np.zeros(len(given), int)
+    sound, kept = np.ones((2, len(given)), bool)
     hits = bench.core.zeros("intersection", len(given))
     for each in batch.globals["scene"]:
         args = {"r": given, "it": hits.copy(), "obj": np.repeat(each[None], len(given))}
         one = bench.again(Batch("intersect_object", args, {}))
         hit, left = one.got("result").astype(bool), one.got("r")
         sound &= hit | (left["tmax"] == given["tmax"])
+        kept &= hit | ~differs(args["it"], one.got("it"))
         nearer = hit & (left["tmax"] < rays["tmax"])
         rays[nearer], hits[nearer] = left[nearer], one.got("it")[nearer]
         count += hit
@@ -63,7 +67,7 @@ def met_alone(bench: Bench, batch: Batch, given: Array) -> Alone:
     sound &= (count > 0) == stored.result
     if "r" in stored.out:
         sound &= np.isclose(rays["tmax"], stored.out["r"]["tmax"], rtol=1e-3, atol=1e-3)
-    return Alone(rays, hits, count, sound)
+    return Alone(rays, hits, count, sound, kept)
 
 
 def check_material(student: Student, suite: str) -> None:

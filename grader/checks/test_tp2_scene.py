@@ -48,7 +48,9 @@ def test_intersect_scene_kinds(student: Student) -> None:
     """Objects of all kinds count, by intersect_object, in whatever order they stand."""
     for trial, alone in scene_by_objects(student):
         trial.expect("result", where=alone.sound)
-        trial.expect("r.tmax", "it.mat.kd", "it.normal", where=alone.sound & (alone.count == 1))
+        one = alone.sound & (alone.count == 1)
+        trial.expect("r.tmax", where=one)
+        trial.expect("it.mat.kd", "it.normal", where=one & alone.kept)
 
 
 def scene_by_objects(student: Student) -> Iterator[tuple[Answers, Alone]]:

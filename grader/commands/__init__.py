@@ -25,6 +25,7 @@ from grader.intake.submission import read_submission
 from grader.sandbox.levels import Isolation, Level, current, using
 
 HINT_LEVELS = (1, 2, 3)
+ANNOTATIONS = ("editor", "github")  # grader.report.at_lines.FORMS, which loads later
 # Commands with a module of their own, loaded when asked for; some are not in a student's copy.
 OTHERS = {
     "batch": ("grader.batch.command", "batch.description"),
@@ -33,6 +34,7 @@ OTHERS = {
     "release": ("grader.authoring.release", "release.description"),
     "submit": ("grader.commands.submit", "submit.description"),
     "update": ("grader.setup.update", "update.description"),
+    "watch": ("grader.commands.watch", "watch.description"),
 }
 
 
@@ -123,6 +125,7 @@ def _parser(texts: Texts) -> Parser:
     add("--hint", key="usage.hint", type=int, choices=HINT_LEVELS, default=1)
     add("--lang", key="usage.language", choices=LANGUAGES)
     add("--fail-under", key="usage.fail_under", type=float, default=0.0, metavar="POINTS")
+    add("--annotate", key="usage.annotate", choices=ANNOTATIONS)
     add("--isolation", key="usage.isolation", choices=[each.value for each in Level])
     add("--expected", key="usage.expected", type=Path, default=exercises.EXPECTED, metavar="DIR")
     add("--build", key="usage.build", type=Path, default=exercises.ROOT / "build", metavar="DIR")

@@ -19,7 +19,7 @@ from grader.evaluation.pipeline import report_of, run_checks
 from grader.evaluation.records import Report
 from grader.execution.libraries import Libraries
 from grader.files import write_whole
-from grader.report import history, junit, page, results, terminal
+from grader.report import at_lines, history, junit, page, results, terminal
 from grader.sandbox.levels import Isolation
 
 
@@ -41,6 +41,8 @@ def grade(
     content = results.as_json(replace(judged, isolation=isolation.level.value), texts)
     folder = options.build / "grade" / ("partial" if content["partial"] else "")
     terminal.show(content, _write(folder, content, judged), texts)
+    if options.annotate:
+        terminal.list_lines(at_lines.lines(content, options.annotate))
     return content
 
 

@@ -109,7 +109,7 @@ class _Judge:
         check = self._rules.checks()[finding.check]
         outcome = finding.outcome
         if outcome not in (Outcome.PASSED, Outcome.ERROR):
-            if check.exercise in finding.todo:
+            if check.exercise in finding.todo or self._shows_nothing_yet(finding, check):
                 outcome = Outcome.TODO
             elif suspects := self._suspects(finding, check):
                 is_todo = check.exercise in self.unwritten
@@ -118,6 +118,14 @@ class _Judge:
             else:
                 self._wrong.setdefault(check.exercise, set()).add(outcome)
         self.outcomes[check.id] = outcome
+
+    def _shows_nothing_yet(self, finding: Finding, check: Check) -> bool:
+        """Say whether a picture does without a function, still to be written, that it is to show.
+
+        As when trace_ray returns the kd of what is hit, and never asks for a light.
+        """
+        unwritten = check.is_picture and check.exercise in self.unwritten
+        return unwritten and finding.outcome is Outcome.FAILED
 
     def _suspects(self, finding: Finding, check: Check) -> set[str]:
         """Return the exercises that may be the cause of a failure."""

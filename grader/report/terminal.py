@@ -8,6 +8,7 @@ for what was tried.
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TextIO
 
@@ -31,6 +32,11 @@ def show(content: Row, path: Path, texts: Texts, out: TextIO | None = None) -> N
                 console.print(Text(text, style=style))
             else:
                 out.write(f"{text}\n")
+
+
+def list_lines(lines: Iterable[str], out: TextIO | None = None) -> None:
+    """Print lines for another program, whole, after an empty one."""
+    print("", *map(_printable, lines), sep="\n", file=out or sys.stdout)
 
 
 def _printable(line: str) -> str:

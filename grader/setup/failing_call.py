@@ -2,8 +2,9 @@
 
     python -m grader.setup.failing_call NAME BUILD
 
-NAME is an exercise, a function or a check. Writes BUILD/try/call.c and prints, for program.sh, its
-path, the function that it calls, and the picture's size (nothing: any). Standard library only.
+NAME is an exercise, a function or a check, or `last`: the first failure of the last grade. Writes
+BUILD/try/call.c and prints, for program.sh, its path, the function that it calls, and the picture's
+size (nothing: any). Standard library only.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from grader.setup.folding import put
 from grader.setup.sentences import in_language, tell
 
 WRONG = ("failed", "crashed", "timeout")
+LAST = "last"
 _SIZE = re.compile(r"make try WIDTH=(\d+) HEIGHT=(\d+)")
 Check = dict[str, Any]
 
@@ -80,6 +82,8 @@ def _failing(path: Path) -> Iterator[Check]:
 def find(name: str, checks: Sequence[Check]) -> Check:
     """Return the first of the checks that a name means. Raises CaseError."""
     word = name.lower()
+    if word == LAST and checks:
+        return checks[0]
     for key in (_names, _parts):
         for each in checks:
             if word in key(each):

@@ -9,8 +9,9 @@
 # Runs in the project's folder. Reads from the environment:
 #   SRC                      folder of the student's files, core_c by default; given files always come from core_c
 #   BUILD                    where outputs go
-#   CASE                     try, debug: an exercise, a function or a check that the last grade showed to fail;
-#                            the call that shows it takes the place of my_tests.c
+#   CASE                     try, debug: an exercise, a function or a check that the last grade showed to fail, or
+#                            "last" for its first one; the call that shows it takes the place of my_tests.c
+#   PREPARE                  debug: builds for the debugger of an editor, and starts none
 #   CC                       the C compiler, cc by default
 #   WIDTH HEIGHT SCENE_SIZE  the picture's size in pixels, the most objects of a scene
 #   PLATFORM                 what `uname -s` says; a test says another name
@@ -238,10 +239,17 @@ run_tests() {
     exec "$program"
 }
 
+# With PREPARE=1 gdb is started by somebody else, an editor, who finds the program and the breakpoint in BUILD/try.
 debug_tests() {
     command -v gdb >/dev/null || fail "gdb manque. Lancez make doctor, qui dit comment l'installer." \
         "gdb is missing. Run make doctor, which says how to install it."
     build_tests "$@"
+    if [ -n "${PREPARE:-}" ]; then
+        cp "$program" "$BUILD/try/debugged"
+        echo "break $function" >"$BUILD/try/debugged.gdb"
+        say "$BUILD/try/debugged est prêt pour un débogueur." "$BUILD/try/debugged is ready for a debugger."
+        return
+    fi
     say "gdb s'arrête au début de $function : n avance d'une ligne, s entre dans une fonction, p x montre x, q quitte." \
         "gdb stops at the beginning of $function: n goes on by a line, s goes into a function, p x shows x, q quits."
     DEBUGINFOD_URLS='' exec gdb -q -ex "break $function" -ex run "$program"

@@ -88,7 +88,7 @@ def _function(name: str, folder: Path) -> list[Shown]:
     found = find(name, folder)
     if found is None:
         return []
-    place = link(found.path, found.line)
+    place = link(folder / found.file, found.line)
     return [Shown(place.html + coloured(found.text), f"{place.text}\n{found.text}")]
 
 

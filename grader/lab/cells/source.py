@@ -2,36 +2,26 @@
 
 from __future__ import annotations
 
-import re
-from dataclasses import dataclass
+import contextlib
+from collections.abc import Iterator
 from pathlib import Path
 
-from grader.course import exercises
+from grader.intake import definitions
+from grader.intake.definitions import Definition
 from grader.lab.display.card import Shown, escape
 from grader.lab.display.error_cards import sentence
 from grader.lab.display.links import core_folder, link
 from grader.lab.display.stopped import Stopped
 from grader.lab.display.words import say
-from grader.setup import c_text
-
-# Comments, strings and characters: braces in them do not count.
-
-
-@dataclass(frozen=True)
-class Found:
-    """Where a function is: its file, its first line (from 1), its text."""
-
-    path: Path
-    line: int
-    text: str
 
 
 def source(function: str) -> Shown:
     """Return a function of your own files. Raises Stopped when it is in none of them."""
-    found = find(function)
+    folder = core_folder()
+    found = find(function, folder)
     if found is None:
-        raise Stopped(sentence("lab.no_source", name=function, folder=core_folder().name))
-    place = link(found.path, found.line)
+        raise Stopped(sentence("lab.no_source", name=function, folder=folder.name))
+    place = link(folder / found.file, found.line)
     head = say("source", function=function)
     return Shown(
         f"<p><b>{escape(head)}</b> {place.html}</p>{coloured(found.text)}",
@@ -39,23 +29,15 @@ def source(function: str) -> Shown:
     )
 
 
-def find(function: str, folder: Path | None = None) -> Found | None:
-    """Look for the definition of a function, in its own file first."""
-    folder = folder or core_folder()
-    rules = exercises.load()
-    first = [each.file for each in rules.exercises if function in each.functions]
-    others = [name for name in rules.student if name.endswith(".c")]
-    names = dict.fromkeys([*first, *others, *sorted(path.name for path in folder.glob("*.c"))])
-    for name in names:
-        try:
-            text = (folder / name).read_text(encoding="utf-8", errors="replace")
-        except OSError:
-            continue
-        span = _span(text, function)
-        if span is not None:
-            line = text.count("\n", 0, span[0]) + 1
-            return Found(folder / name, line, text[span[0] : span[1]])
-    return None
+def find(function: str, folder: Path) -> Definition | None:
+    """Look for the definition of a function in the C files of a folder."""
+    return definitions.find(function, dict(_texts(folder)))
+
+
+def _texts(folder: Path) -> Iterator[tuple[str, str]]:
+    for path in folder.glob("*.c"):
+        with contextlib.suppress(OSError):
+            yield path.name, path.read_text(encoding="utf-8", errors="replace")
 
 
 def coloured(text: str) -> str:
@@ -68,17 +50,3 @@ def coloured(text: str) -> str:
     style += "font-family:var(--jp-code-font-family, monospace)"
     formatter = HtmlFormatter(noclasses=True, style="friendly_grayscale", prestyles=style)
     return str(highlight(text, CLexer(), formatter))
-
-
-def _span(text: str, function: str) -> tuple[int, int] | None:
-    """Return where a definition begins and ends."""
-    bare = c_text.blanked(text)
-    # Before the name only words and stars, a type: a call inside an if (...) { is no definition.
-    head = re.compile(rf"^[\w \t*]*\b{re.escape(function)}\s*\([^;{{}}]*\)\s*\{{", re.MULTILINE)
-    for match in head.finditer(bare):
-        depth = 0
-        for k in range(match.end() - 1, len(bare)):
-            depth += {"{": 1, "}": -1}.get(bare[k], 0)
-            if depth == 0:
-                return match.start(), k + 1
-    return None

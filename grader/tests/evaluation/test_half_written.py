@@ -30,6 +30,7 @@ RAY = "(float)i + 0.5f, (float)j + 0.5f"
 TOWARDS = "vector_normalized(vector_minus(lights[k].position, it->position))"
 ADDED = "        sum = vector_add(sum, shade("
 MIRRORED = "return vector_vec_mul(k, trace_ray(&reflected));"
+AFTER_CYLINDER = "\n    /* END SOLUTION */\n}\n\n/* BEGIN SOLUTION TP2.B2"
 # By name: the exercise, what stands in the solution, and what a student wrote in its place.
 SLIPS: Mapping[str, tuple[str, str, str]] = {
     "rows for columns": ("TP2.2", PIXEL, "output_image[i * WIDTH + j] = trace_ray(&r);"),
@@ -49,11 +50,19 @@ SLIPS: Mapping[str, tuple[str, str, str]] = {
     "not unit": ("TP3.2", TOWARDS, TOWARDS.removeprefix("vector_normalized")),
     "sum dropped": ("TP3.2", ADDED, ADDED.replace("sum = ", "(void)")),
     "no return": ("TP4.3", MIRRORED, "trace_ray(&reflected);"),
+    "a miss that writes": (
+        "TP2.B1",
+        f"    return hit;{AFTER_CYLINDER}",
+        f"    if (!hit) {{\n        it->mat = obj->mat;\n    }}\n    return hit;{AFTER_CYLINDER}",
+    ),
     "a constant": ("TP4.3", "color k = it->mat.ks;", "color k = vector_init(.5f, .5f, .5f);"),
 }
 
 # One of each kind, for `make test`.
-SHOWN = ("rows for columns", "no first value", "endless", "crash", "sum dropped", "no return")
+SHOWN = (
+    *("rows for columns", "no first value", "endless", "crash", "sum dropped", "no return"),
+    "a miss that writes",
+)
 
 
 def judged(exercise: str, files: Mapping[str, str], cache: Path) -> Report:
@@ -104,6 +113,20 @@ def test_what_is_right_so_far_shows_nothing_red(exercise: str, bonuses: bool, ca
     own = [each for each in report.checks if each.exercise == exercise]
     assert {each.outcome for each in own} <= {Outcome.PASSED, Outcome.BLOCKED}
     assert all(each.outcome is Outcome.PASSED for each in own if ".scene." not in each.id)
+
+
+def test_a_colour_without_light_is_right_before_there_is_light(cache: Path) -> None:
+    """Where trace_ray returns kd, the pictures of direct_light, a stub, are still to be done."""
+    files = patches.reference()
+    assert files["raytracer.c"].count("return hit_color(r, &it);") == 1
+    files["raytracer.c"] = files["raytracer.c"].replace("hit_color(r, &it);", "it.mat.kd;")
+    submission = patches.submission("rendu", just_reached("TP2.6", files, bonuses=False))
+    with Libraries(submission, sizes_for(3), cache) as libraries:
+        findings = run_checks(libraries, RULES, 3, with_reference=False)
+        report = report_of(libraries, RULES, findings, TEXTS)
+    assert red(report) == set()
+    of_light = {each.outcome for each in report.checks if each.exercise == "TP3.2"}
+    assert of_light == {Outcome.TODO}
 
 
 def test_a_wrong_light_does_not_ask_for_the_bonuses(cache: Path) -> None:

@@ -438,6 +438,22 @@ def test_gdb_stops_at_the_function(project: Path) -> None:
     assert own.stdout.splitlines()[-4:] == ["break main", "-ex", "run", "build/try/my_tests"]
 
 
+def test_an_editor_finds_the_program_and_where_to_stop(project: Path) -> None:
+    """PREPARE=1 starts no debugger; `last` is the first failure; gdb stops there with the files."""
+    rows = [("tp1.answer.a", "TP1.2", "failed"), ("tp1.other.a", "TP1.3", "failed")]
+    failing(project / "build" / "grade", *rows)
+    script(project / "bin" / "gdb", "exit 9")
+    path = f"{project / 'bin'}:{os.environ['PATH']}"
+    done = run("make", "debug", "CASE=last", "PREPARE=1", cwd=project, PATH=path)
+    assert done.returncode == 0, done.stderr
+    folder = project / "build" / "try"
+    assert run(str(folder / "debugged"), cwd=project).stdout == "42 64"
+    assert (folder / "debugged.gdb").read_text(encoding="utf-8") == "break answer\n"
+    if gdb := shutil.which("gdb"):
+        words = ("-batch", "-x", "build/try/debugged.gdb", "-ex", "run", "build/try/debugged")
+        assert "Breakpoint 1, answer ()" in run(gdb, *words, cwd=project).stdout
+
+
 def test_debug_without_gdb_says_how_to_get_it(project: Path) -> None:
     """As a missing compiler does."""
     tools = (

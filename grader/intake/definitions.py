@@ -1,0 +1,50 @@
+"""Where a function is defined in the student's files, by their text: no compiler is asked."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from grader.course import exercises
+from grader.setup import c_text
+
+
+@dataclass(frozen=True)
+class Definition:
+    """Where a function is: its file, its first line (from 1), its text."""
+
+    file: str
+    line: int
+    text: str
+
+
+def find(function: str, files: Mapping[str, str]) -> Definition | None:
+    """Look for the definition of a function in C files by name, in its own file first."""
+    for name in _order(function, files):
+        span = _span(files[name], function)
+        if span is not None:
+            line = files[name].count("\n", 0, span[0]) + 1
+            return Definition(name, line, files[name][span[0] : span[1]])
+    return None
+
+
+def _order(function: str, files: Mapping[str, str]) -> Iterator[str]:
+    rules = exercises.load()
+    first = [each.file for each in rules.exercises if function in each.functions]
+    others = [name for name in rules.student if name.endswith(".c")]
+    return (name for name in dict.fromkeys([*first, *others, *sorted(files)]) if name in files)
+
+
+def _span(text: str, function: str) -> tuple[int, int] | None:
+    """Return where a definition begins and ends; braces in comments and strings do not count."""
+    bare = c_text.blanked(text)
+    # Before the name only words and stars, a type: a call inside an if (...) { is no definition.
+    head = re.compile(rf"^[\w \t*]*\b{re.escape(function)}\s*\([^;{{}}]*\)\s*\{{", re.MULTILINE)
+    for match in head.finditer(bare):
+        depth = 0
+        for k in range(match.end() - 1, len(bare)):
+            depth += {"{": 1, "}": -1}.get(bare[k], 0)
+            if depth == 0:
+                return match.start(), k + 1
+    return None
