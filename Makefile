@@ -66,11 +66,11 @@ release: ## l'archive à distribuer, sans la solution : OUT=nom.zip, COMMENTS=en
 	@$(call PYTHON_OF,grade) && "$$python" -m grader release --out "$${OUT:-$$BUILD/miniraytracer.zip}" \
 	    $${COMMENTS:+--comments "$$COMMENTS"}
 
-batch: ## évalue une classe : SUBMISSIONS=, OUT=, JOBS=2, NAMES=1, AGAIN=1 | grades a class: SUBMISSIONS=, OUT=, JOBS=2, NAMES=1, AGAIN=1
+batch: ## évalue une classe : SUBMISSIONS=, OUT=, JOBS=2, NAMES=1, AGAIN=1, PUBLIC=1 | grades a class: SUBMISSIONS=, OUT=, JOBS=2, NAMES=1, AGAIN=1, PUBLIC=1
 	@$(call PYTHON_OF,grade) && "$$python" -m grader batch $${SUBMISSIONS:+"$$SUBMISSIONS"} $${OUT:+--out "$$OUT"} \
 	    $${JOBS:+--jobs "$$JOBS"} $${SCHEDULER:+--scheduler "$$SCHEDULER"} $${ISOLATION:+--isolation "$$ISOLATION"} \
 	    $${AGAIN:+--again} $${NAMES:+--names} $${GALLERY:+--gallery} $${WORKSHEET:+--worksheet "$$WORKSHEET"} \
-	    $${HINT:+--hint "$$HINT"} $${EXPECTED:+--expected "$$EXPECTED"} $${YES:+--yes}
+	    $${HINT:+--hint "$$HINT"} $${EXPECTED:+--expected "$$EXPECTED"} $${YES:+--yes} $${PUBLIC:+--public}
 
 purge: ## efface les résultats d'une classe : OUT=dossier | erases the results of a class: OUT=folder
 	@$(call PYTHON_OF,grade) && "$$python" -m grader purge $${OUT:+"$$OUT"}

@@ -9,9 +9,10 @@ import argparse
 import os
 import sys
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
-from grader.batch import cluster, outputs, pool
+from grader.batch import cluster, fresh_inputs, outputs, pool
 from grader.batch.contents import some
 from grader.batch.discovery import discover
 from grader.batch.grade_class import ClassGrading
@@ -63,14 +64,8 @@ def _batch(options: argparse.Namespace, texts: Texts) -> int:
     if not options.scheduler:
         _prove(level, texts)
     before = Leftovers()
-    settings = Settings(
-        texts.language,
-        options.isolation,
-        options.hint,
-        str(options.expected.absolute()) if options.expected else "",
-        options.gallery,
-    )
     with ResultsFolder(options.out) as results:
+        settings = _settings(options, results, texts)
         unpacked = results.work / "unpacked"
         with results.writing(results.out):
             found = discover(options.path.absolute(), unpacked, results.out)
@@ -87,6 +82,20 @@ def _batch(options: argparse.Namespace, texts: Texts) -> int:
         named = {"count": len(left), "paths": some([str(each) for each in left])}
         sys.stdout.write(f"{texts.say('batch.left', **named)}\n")
     return ExitCode.FAILED if told.failed else ExitCode.DONE
+
+
+def _settings(options: argparse.Namespace, results: ResultsFolder, texts: Texts) -> Settings:
+    """Return how to grade, on inputs that no student has seen unless asked. Raises BatchError."""
+    expected = str(options.expected.absolute()) if options.expected else ""
+    settings = Settings(texts.language, options.isolation, options.hint, expected, options.gallery)
+    if expected:
+        return settings
+    if options.public or not fresh_inputs.are_possible():
+        sys.stderr.write(f"{texts.say('batch.on_public')}\n")
+        return settings
+    with results.writing(results.out / fresh_inputs.FOLDER):
+        seed, data = fresh_inputs.prepared(results.out, results.work)
+    return replace(settings, seed=seed, fresh=str(data))
 
 
 def _agree(agreed: bool, texts: Texts) -> None:
@@ -152,6 +161,7 @@ def _parser(texts: Texts) -> Parser:
     add("--hint", key="usage.hint", type=int, choices=(1, 2, 3), default=1)
     add("--lang", key="usage.language", choices=LANGUAGES)
     add("--expected", key="usage.expected", type=Path, metavar="DIR")
+    add("--public", key="batch.public", action="store_true")
     return parser
 
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 
-from grader.batch import gallery
+from grader.batch import fresh_inputs, gallery
 from grader.batch.records import GradedFiles, Settings, Task
 from grader.build import substitution
 from grader.checking import expected_data
@@ -27,7 +27,7 @@ from grader.course.texts import Texts
 from grader.evaluation.pipeline import report_of, run_checks
 from grader.evaluation.records import Report
 from grader.execution.libraries import Libraries
-from grader.files import write_whole
+from grader.files import closed_folder, write_whole
 from grader.intake import originals
 from grader.intake.records import Submission
 from grader.report import page, results
@@ -110,7 +110,8 @@ def _graded(task: Task, place: BuildFolder) -> GradedFiles:
     with using(Level(settings.isolation)):
         place.warm()
         with Libraries(submission, sizes_for(None), place.folder) as libraries:
-            findings = run_checks(libraries, rules, None, folder=_expected(settings))
+            folder, fresh = _expected(settings), _fresh(settings)
+            findings = run_checks(libraries, rules, None, folder=folder, fresh=fresh)
             texts = Texts(settings.language)
             judged = report_of(libraries, rules, findings, texts, settings.hint)
             shown = dict(gallery.pictures(libraries)) if settings.gallery else {}
@@ -119,6 +120,22 @@ def _graded(task: Task, place: BuildFolder) -> GradedFiles:
 
 def _expected(settings: Settings) -> Path:
     return Path(settings.expected) if settings.expected else expected_data.FOLDER
+
+
+def _fresh(settings: Settings) -> Path | None:
+    """Return the folder of inputs that no student has seen: another machine makes its own."""
+    if settings.seed < 0:
+        return None
+    folder = Path(settings.fresh)
+    return folder if folder.is_dir() else _made_here(settings.seed)
+
+
+@cache
+def _made_here(seed: int) -> Path:
+    folder = scratch.own_folder() / fresh_inputs.FOLDER
+    closed_folder(folder)
+    fresh_inputs.make(seed, folder / str(seed))
+    return folder / str(seed)
 
 
 def _bundled(task: Task, judged: Report, texts: Texts, shown: Mapping[str, bytes]) -> GradedFiles:

@@ -106,7 +106,7 @@ def _counted(
     # The scale is the most before lateness too: a late day costs everybody the same.
     before = min(course.marks.scale, base + bonus + rubric)
     value = before - penalty
-    why = [*given.why, *lateness.remarks, *_broken(results)]
+    why = [*given.why, *lateness.remarks, *_broken(results), *_learnt(results)]
     if late.zero_after_days and days > late.zero_after_days:
         penalty, value = before, 0.0
     told = Message("batch.late", {"days": days, "penalty": float(penalty)}) if days else None
@@ -134,6 +134,12 @@ def _broken(results: Mapping[str, Any]) -> list[Message]:
     return [
         Message("batch.not_compiled", {"names": names}) if names else Message("batch.not_built")
     ]
+
+
+def _learnt(results: Mapping[str, Any]) -> list[Message]:
+    """Return what is right on the inputs of the archive, and wrong on others."""
+    names = ", ".join(results["learnt"])
+    return [Message("batch.learnt", {"ids": names})] if names else []
 
 
 def _zero(results: Mapping[str, Any], rubric: float) -> Message:

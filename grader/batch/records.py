@@ -70,6 +70,8 @@ class Settings:
     hint: int = 1
     expected: str = ""  # the folder of expected data; "" for the project's own
     gallery: bool = False  # whether pictures are drawn for the class page
+    seed: int = -1  # of the inputs that no student has seen; -1 for none
+    fresh: str = ""  # their folder, on this machine
 
 
 @dataclass(frozen=True)

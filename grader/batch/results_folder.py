@@ -2,6 +2,7 @@
 
     students/NAME/      results.json, report.html, images/
     state/NAME.json     what that result depends on, and a summary of it, written last
+    inputs/             those that no student has seen, and their seed
     work/               unpacked archives and builds, removed at the end
     batch.json          says that the folder is a batch's, of which class, and the key of pseudonyms
 
@@ -28,6 +29,7 @@ from functools import cache, lru_cache
 from pathlib import Path
 from typing import IO, Any
 
+from grader.batch import fresh_inputs
 from grader.batch.last_run import is_same
 from grader.batch.records import BatchError, GradedFiles, Settings, Task
 from grader.build import toolchain
@@ -42,7 +44,7 @@ NAME = "batch.json"
 SCHEMA = 1
 STUDENTS, STATE, WORK = "students", "state", "work"
 OWN_FILES = ("grades.csv", "changes.csv", "marks.json", "index.html", NAME)
-OWN_FOLDERS = (STUDENTS, STATE, WORK, "moodle")
+OWN_FOLDERS = (STUDENTS, STATE, WORK, fresh_inputs.FOLDER, "moodle")
 # Of the grader, what a result depends on.
 _CODE = (".py", ".toml", ".c", ".html", ".css", ".js", ".zip")
 
@@ -220,7 +222,7 @@ def is_batch(out: Path) -> bool:
 
 def summarised(content: Row) -> dict[str, Any]:
     """Return what marks and the class page need of results.json: little, since classes are big."""
-    kept = ("score", "max_score", "bonus", "max_bonus", "incomplete", "tps")
+    kept = ("score", "max_score", "bonus", "max_bonus", "incomplete", "tps", "learnt")
     return {
         **{key: content[key] for key in kept},
         "compiles": content["build"]["ok"],
@@ -263,6 +265,8 @@ def parts_of(task: Task) -> dict[str, str]:
 @cache
 def _common(settings: Settings) -> dict[str, str]:
     folder = Path(settings.expected) if settings.expected else expected_data.FOLDER
+    data = [*folder.rglob("*.json")]
+    data += Path(settings.fresh).rglob("*.json") if settings.fresh else []
     own = [path for path in sorted(manifest.PACKAGE.rglob("*")) if path.suffix in _CODE]
     code = [each for each in own if not _is_beside(each)]
     code += sorted(originals.REFERENCE.glob("*.[ch]")) if originals.has_solution() else []
@@ -271,7 +275,7 @@ def _common(settings: Settings) -> dict[str, str]:
     asked = (settings.language, settings.isolation, settings.hint, settings.gallery)
     return {
         "grader": content_key([each.read_bytes() for each in code], toolchain.find_compiler()),
-        "expected": content_key([each.read_bytes() for each in sorted(folder.rglob("*.json"))]),
+        "expected": content_key([each.read_bytes() for each in sorted(data)]),
         "settings": content_key(grading, asked),
     }
 

@@ -60,6 +60,7 @@ class Student:
         self._libraries = libraries
         self._own = own  # functions that the check is about
         self.folder = folder  # of the expected data
+        self.has_inputs = False  # whether stored calls were put to it
         self.todo: frozenset[str] = frozenset()
         self.output = ""  # what was printed in the first session that printed something
         self.remarks: list[Message] = []  # what to tell besides, whatever the outcome
@@ -68,7 +69,11 @@ class Student:
 
     def anew(self) -> Student:
         """Return the submission for the same check, as if that had not begun."""
-        return Student(self._libraries, self.folder, self._own)
+        return self.with_inputs(self.folder)
+
+    def with_inputs(self, folder: Path) -> Student:
+        """Return the submission for the same check, on another folder of expected data."""
+        return Student(self._libraries, folder, self._own)
 
     @property
     def is_begun(self) -> bool:
@@ -109,6 +114,7 @@ class Student:
 
     def batches(self, suite: str) -> list[Batch]:
         """Return the stored calls of a suite, with the answers that are accepted."""
+        self.has_inputs = True
         return expected_data.read(self.folder, suite, self._libraries.unit(expected_data.SIZE))
 
     def trials(self, suite: str) -> list[Answers]:

@@ -7,18 +7,20 @@ page's templates take as long to load as a file takes to compile.
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Collection
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from grader.build.compiler_run import BuildError
-from grader.course.exercises import Manifest
+from grader.course.exercises import EXPECTED, Manifest
 from grader.course.texts import Texts
 from grader.evaluation.pipeline import report_of, run_checks
 from grader.evaluation.records import Report
 from grader.execution.libraries import Libraries
 from grader.files import write_whole
+from grader.intake import originals
 from grader.report import at_lines, history, junit, page, results, terminal
 from grader.sandbox.levels import Isolation
 
@@ -41,6 +43,8 @@ def grade(
     content = results.as_json(replace(judged, isolation=isolation.level.value), texts)
     folder = options.build / "grade" / ("partial" if content["partial"] else "")
     terminal.show(content, _write(folder, content, judged), texts)
+    if originals.has_solution() and options.expected == EXPECTED and not partial:
+        sys.stdout.write(f"{texts.say('batch.on_public')}\n")
     if options.annotate:
         terminal.list_lines(at_lines.lines(content, options.annotate))
     return content

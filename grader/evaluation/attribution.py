@@ -193,7 +193,10 @@ class _Court:
         # What of a picture is right may now be the reference's own, or been so by chance before.
         share = min(first.evidence.share, second.evidence.share)
         evidence = replace(first.evidence, share=share)
-        return replace(first, alone=True, observations=second.observations, evidence=evidence)
+        unseen = first.unseen or second.unseen
+        return replace(
+            first, alone=True, observations=second.observations, evidence=evidence, unseen=unseen
+        )
 
     def _blamed(self, finding: Finding) -> Finding:
         """Return a finding that passed among the reference's functions with whose fault it is.

@@ -23,7 +23,7 @@ from grader.evaluation.attribution import attribute
 from grader.evaluation.grading import grade
 from grader.evaluation.recognition import with_mistakes
 from grader.evaluation.records import Finding, Outcome, PytestError, Report
-from grader.evaluation.rules import settle
+from grader.evaluation.rules import is_learnt, settle
 from grader.evaluation.worst_pixel import with_worst_pixel
 from grader.execution.libraries import Libraries
 
@@ -36,13 +36,16 @@ def run_checks(
     folder: Path = FOLDER,
     *,
     with_reference: bool = True,
+    fresh: Path | None = None,
 ) -> list[Finding]:
     """Run the chosen checks (None: all) of a TP (None: of those that count).
 
     `folder` is that of the expected data; what fails is not judged again among the reference's
-    functions in a student's copy, which has none, nor without `with_reference`. Raises PytestError.
+    functions in a student's copy, which has none, nor without `with_reference`. `fresh` is another
+    folder of expected data, that students have not: what passes must do so there too. Raises
+    PytestError.
     """
-    checks = plugin.GraderPlugin(libraries, rules, tp, folder, chosen=chosen)
+    checks = plugin.GraderPlugin(libraries, rules, tp, folder, chosen=chosen, fresh=fresh)
     findings = plugin.run(checks)
     if with_reference:
         findings = attribute(findings, rules, libraries, folder, checks.again)
@@ -84,6 +87,7 @@ def report_of(
     }
     checks, exercises = grade(findings, rules, texts, hint=hint, rejected=rejected)
     judged = {each.tp for each in rules.exercises if each.checks}
+    learnt = {rules.checks()[each.check].exercise for each in findings if is_learnt(each)}
     return Report(
         submission=libraries.submission,
         language=texts.language,
@@ -98,4 +102,5 @@ def report_of(
         opened=settings.load().opened,
         unjudged=tuple(sorted(set(rules.tps) - judged)),
         partial=partial,
+        learnt=tuple(each.id for each in rules.exercises if each.id in learnt),
     )

@@ -20,20 +20,19 @@ from grader.checking.records import Evidence
 from grader.checking.student import SIZES, CallDied, Student, Wrong
 from grader.course import exercises, settings
 from grader.course.exercises import PACKAGE, Manifest
+from grader.course.message import Message
 from grader.course.texts import Texts, preferred
+from grader.evaluation.attempts import Attempts
 from grader.evaluation.grading import grade
-from grader.evaluation.outcomes import outcome_of, remarks_on, told_with_acts, was_killed
+from grader.evaluation.outcomes import outcome_of, remarks_on, told_with_acts
 from grader.evaluation.prefetch import Prefetch, RunResult
 from grader.evaluation.records import Finding, Outcome, PytestError
+from grader.evaluation.rules import DONE_WRONG
 from grader.execution.libraries import Libraries
-from grader.execution.worker_process import MachineError
 from grader.intake.submission import read_submission
 
 CHECKS = PACKAGE / "checks"
 MAX_OUTPUT = 1000  # characters of what a check's code printed that go into the report
-# How often a check is run whose process is killed each time; and how often in all for that reason.
-TRIES = 3
-RERUNS = 6
 # Parts of pytest that would only take time here: they look after tests that print, warn, assert.
 _UNUSED = (
     *("assertion", "cacheprovider", "capture", "doctest", "faulthandler", "junitxml", "logging"),
@@ -43,6 +42,7 @@ _UNUSED = (
 _PRINTING = (Outcome.FAILED, Outcome.TIMEOUT, Outcome.CRASHED)
 _STUDENT = pytest.StashKey[Student]()
 _CHECK = pytest.StashKey[str]()
+_UNSEEN = pytest.StashKey[bool]()
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -93,6 +93,7 @@ class GraderPlugin:
         folder: Path,
         texts: Texts | None = None,
         chosen: Collection[str] | None = None,
+        fresh: Path | None = None,
     ) -> None:
         self.findings: list[Finding] = []
         self.failure = ""
@@ -101,8 +102,7 @@ class GraderPlugin:
         self._texts = texts  # in which pytest's own report tells what is wrong
         self._items: dict[str, pytest.Function] = {}
         self.ahead = Prefetch(rules, self._run_ahead)
-        self._reruns = RERUNS
-        self._out_of_memory = _out_of_memory()
+        self._attempts = Attempts(fresh)
 
     def pytest_configure(self, config: pytest.Config) -> None:
         """Declare the marker that ties a test to its check."""
@@ -211,23 +211,10 @@ class GraderPlugin:
         return RunResult(error, time.perf_counter() - start)
 
     def _raised(self, item: pytest.Function) -> Exception | None:
-        """Run a check; return what it raises.
-
-        It is run again when its process was killed, which may have been done from outside: what
-        kills itself does so each time. It is no fault of its own where memory runs out.
-        """
-        error = _raised(item)
-        for _ in range(TRIES - 1):
-            if not was_killed(error):
-                return error
-            if not self._reruns:
-                break
-            self._reruns -= 1
-            item.stash[_STUDENT] = item.stash[_STUDENT].anew()
-            error = _raised(item)
-        if was_killed(error) and _out_of_memory() != self._out_of_memory:
-            return MachineError("the machine is short of memory, and kills processes")
-        return error
+        """Run a check; return what it raises."""
+        made = self._attempts.made(item.obj, item.stash[_STUDENT])
+        item.stash[_STUDENT], item.stash[_UNSEEN] = made.student, made.unseen
+        return made.error
 
     def _told(self, finding: Finding) -> str:
         """Return the sentence and the question that the student's report would have."""
@@ -263,6 +250,10 @@ def _finding(item: pytest.Item, error: BaseException | None, seconds: float) -> 
     told, location = told_with_acts(outcome, message, location, acts)
     if told is not None and told is not message and not told.then:
         evidence = replace(evidence, spots=())  # the worst pixel has nothing to add
+    remarks = (*student.remarks, *remarks_on(acts)) if student else ()
+    unseen = item.stash.get(_UNSEEN, False)
+    if unseen and outcome in DONE_WRONG:
+        remarks = (*remarks, Message("note.other_inputs"))
     document = getattr(getattr(item, "function", None), "__doc__", None) or item.name
     return Finding(
         check=_check_id(item),
@@ -274,24 +265,9 @@ def _finding(item: pytest.Item, error: BaseException | None, seconds: float) -> 
         output=student.output[:MAX_OUTPUT] if student and outcome in _PRINTING else "",
         seconds=seconds,
         evidence=evidence,
-        remarks=(*student.remarks, *remarks_on(acts)) if student else (),
+        remarks=remarks,
+        unseen=unseen,
         pictures=tuple(student.observations.pictures) if student else (),
         candidates=tuple(student.observations.candidates) if student else (),
         observations=student.observations.parts if student else {},
     )
-
-
-def _raised(item: pytest.Function) -> Exception | None:
-    try:
-        item.obj(item.stash[_STUDENT])
-    except Exception as error:  # as with pytest, whatever it is becomes the finding
-        return error
-    return None
-
-
-def _out_of_memory() -> str:
-    """Return how many processes the kernel has killed for want of memory; "" when it hides it."""
-    with contextlib.suppress(OSError):
-        lines = Path("/proc/vmstat").read_text(encoding="ascii").splitlines()
-        return next((line for line in lines if line.startswith("oom_kill ")), "")
-    return ""

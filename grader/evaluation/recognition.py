@@ -26,7 +26,7 @@ from grader.checking.observations import Array, Observation
 from grader.checking.pictures.candidates import shown_in
 from grader.course.exercises import Manifest
 from grader.evaluation.records import Finding, Outcome
-from grader.evaluation.rules import settle
+from grader.evaluation.rules import is_learnt, settle
 
 BANK = "mistakes.npz"
 MOST = 3  # mistakes named together
@@ -60,6 +60,8 @@ def with_mistakes(findings: Sequence[Finding], rules: Manifest, folder: Path) ->
             for each in settled
             if _exercise(each, rules) == exercise and not rules.checks()[each.check].is_picture
         ]
+        if any(map(is_learnt, own)):  # the bank has the answers to the inputs of the archive
+            continue
         alone = all(each.alone for each in own if each.outcome in _WRONG)
         # What a wrong function hands on says nothing about those that use it.
         if alone or not wrong & _needed(exercise, rules):

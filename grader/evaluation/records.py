@@ -44,6 +44,7 @@ class Finding:
     evidence: Evidence = field(default_factory=Evidence)
     remarks: tuple[Message, ...] = ()  # what to know besides, also of a check that passed
     through: tuple[str, ...] = ()  # exercises in whose place the reference stood when it passed
+    unseen: bool = False  # right on the inputs of the archive, and this is what others gave
     alone: bool = False  # wrong with the reference's versions of all that it needs: its own fault
     pictures: tuple[str, ...] = ()  # the expected ones that were looked at
     candidates: tuple[str, ...] = ()  # ids of known mistakes that may explain a wrong picture
@@ -117,3 +118,4 @@ class Report:
     unjudged: tuple[int, ...] = ()  # TPs that have no checks yet
     isolation: str = ""
     partial: bool = False  # only some of the checks were asked for
+    learnt: tuple[str, ...] = ()  # exercises that are right on the inputs of the archive alone

@@ -54,6 +54,11 @@ def settle(findings: Sequence[Finding], rules: Manifest) -> Settled:
     )
 
 
+def is_learnt(finding: Finding) -> bool:
+    """Whether a check passes on the inputs of the archive, and not on others."""
+    return finding.unseen and finding.outcome in DONE_WRONG
+
+
 def at_fault(findings: Iterable[Finding], rules: Manifest) -> frozenset[str]:
     """Return the exercises of which a check did not pass."""
     checks = rules.checks()

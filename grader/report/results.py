@@ -52,6 +52,7 @@ def as_json(report: Report, texts: Texts) -> dict[str, Any]:
         **_score("bonus", bonuses),
         "incomplete": any(each.outcome is Outcome.ERROR for each in report.checks),
         "partial": report.partial,
+        "learnt": list(report.learnt),
         "opened_tps": list(report.opened),
         "unjudged_tps": list(report.unjudged),
         "tps": [_tp(tp, counted) for tp in sorted({each.tp for each in counted})],

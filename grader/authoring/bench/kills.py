@@ -62,6 +62,7 @@ class Killing:
         """Start the batch, or go on with it."""
         command = [sys.executable, "-m", "grader", "batch", str(self.folder / "in"), *more]
         command += ["--out", str(self.folder / name), "--jobs", str(JOBS), "--lang", "fr"]
+        command += ["--public"]  # or each folder would have its own inputs
         with (self.folder / f"{name}.txt").open("ab") as said:
             return subprocess.Popen(command, cwd=ROOT, stdout=said, stderr=said)
 

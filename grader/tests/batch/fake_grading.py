@@ -1,6 +1,7 @@
 """A grader that compiles nothing, to try the desk alone: a submission says what it is worth.
 
-`/* worth 0.85 */` in main.c earns that share of each exercise's points; nothing else counts.
+`/* worth 0.85 */` in main.c earns that share of each exercise's points; nothing else counts, but
+that `/* learnt TP2.1 */` is one that is right on the inputs of the archive alone.
 """
 
 from __future__ import annotations
@@ -8,11 +9,12 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterable, Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
 
-from grader.batch import command, pool
+from grader.batch import command, fresh_inputs, pool
 from grader.batch.records import GradedFiles, Task
 from grader.build.records import BuildResult, BuildStatus, Target
 from grader.course import exercises
@@ -21,6 +23,7 @@ from grader.evaluation.records import ExerciseResult, Outcome, Report
 from grader.intake.records import Submission
 from grader.report import page, results
 
+_LEARNT = re.compile(rb"/\* learnt (\S+) \*/")
 _WORTH = re.compile(rb"/\* worth ([0-9.]+) \*/")
 
 
@@ -33,8 +36,16 @@ def use(monkeypatch: pytest.MonkeyPatch, *, pages: bool = True) -> None:
     """Have `batch` grade so; without pages, those of students are a few words, quickly made."""
     monkeypatch.setattr(pool, "run", lambda tasks, *_: run(tasks))
     monkeypatch.setattr(command, "_prove", lambda *_: None)
+    monkeypatch.setattr(fresh_inputs, "make", _make)
     if not pages:
         monkeypatch.setattr(page, "render", lambda content, _: shown(content))
+
+
+def _make(seed: int, folder: Path) -> None:
+    """Stand for the making of inputs that nobody has seen."""
+    folder.mkdir()
+    (folder / "manifest.json").write_text(f"{seed}", encoding="utf-8")
+    (folder / "made_of").write_text(fresh_inputs._key(seed), encoding="utf-8")
 
 
 def shown(content: Any) -> str:
@@ -71,5 +82,6 @@ def graded(task: Task) -> dict[str, Any]:
         graded_at=0.0,
         opened=tuple(exercises.load().tps),
         isolation=task.settings.isolation,
+        learnt=tuple(each.decode() for each in _LEARNT.findall(task.files.get("main.c", b""))),
     )
     return results.as_json(report, Texts(task.settings.language))

@@ -33,7 +33,17 @@ class Run:
 
 def batch(path: Path, out: Path, *more: str) -> Run:
     """Run the command in a process of its own."""
-    command = [sys.executable, "-m", "grader", "batch", str(path), "--out", str(out), *more]
+    command = [
+        sys.executable,
+        "-m",
+        "grader",
+        "batch",
+        str(path),
+        "--out",
+        str(out),
+        "--public",
+        *more,
+    ]
     done = subprocess.run(
         command,
         cwd=ROOT,

@@ -39,7 +39,7 @@ def lay(top: Path, *names: str) -> Path:
 def batch(path: Path, out: Path) -> int:
     """Run the command here; what it builds is not shut in, since it is ours."""
     words = [str(path), "--out", str(out), "--isolation", "portable", "--yes", "--jobs", "1"]
-    return command.main([*words, "--lang", "fr"])
+    return command.main([*words, "--lang", "fr", "--public"])
 
 
 def mounted(*words: str) -> bool:
@@ -150,7 +150,7 @@ def test_root_without_a_sandbox(
 
     monkeypatch.setattr(pool, "_temporary", noting)
     words = [str(closed / "in"), "--out", str(out), "--isolation", "medium", "--jobs", "1"]
-    assert command.main([*words, "--lang", "fr"]) == ExitCode.DONE
+    assert command.main([*words, "--lang", "fr", "--public"]) == ExitCode.DONE
     assert marks(out) == {"Ada": [3.0]}
     results = json.loads((out / "students" / "Ada" / "results.json").read_text(encoding="utf-8"))
     assert results["isolation"] == "medium"

@@ -58,12 +58,12 @@ class Traffic:
 def traffic(monkeypatch: pytest.MonkeyPatch) -> Traffic:
     """Return what goes to the sessions, by check."""
     found = Traffic()
-    raised, read = plugin._raised, expected_data.read
+    raised, read = plugin.GraderPlugin._raised, expected_data.read
     ask, put = SessionSocket.ask, SessionSocket.set
 
-    def noting_check(item: pytest.Item) -> Exception | None:
+    def noting_check(self: plugin.GraderPlugin, item: pytest.Function) -> Exception | None:
         found.begin(plugin._check_id(item))
-        return raised(item)  # type: ignore[arg-type]
+        return raised(self, item)
 
     def noting_batches(*words: Any) -> list[Batch]:
         batches = read(*words)
@@ -80,7 +80,7 @@ def traffic(monkeypatch: pytest.MonkeyPatch) -> Traffic:
         found.send(payload)
         put(self, name, payload)
 
-    monkeypatch.setattr(plugin, "_raised", noting_check)
+    monkeypatch.setattr(plugin.GraderPlugin, "_raised", noting_check)
     monkeypatch.setattr(expected_data, "read", noting_batches)
     monkeypatch.setattr(SessionSocket, "ask", noting_request)
     monkeypatch.setattr(SessionSocket, "set", noting_variable)

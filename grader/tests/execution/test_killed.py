@@ -15,7 +15,7 @@ import pytest
 
 from grader import commands
 from grader.console.run import ExitCode
-from grader.evaluation import plugin
+from grader.evaluation import attempts
 from grader.execution.worker_process import Limits, SessionSocket, WorkerProcess
 from grader.tests.support.outputs import outputs
 
@@ -86,7 +86,7 @@ def test_by_itself_it_crashes_after_a_few_tries(
     assert (check["outcome"], check["points"]) == ("crashed", 0)
     assert "was killed (SIGKILL)" in check["message"]
     # fill, which the check needs, and the tables' sessions are among them.
-    assert len(sessions) < 5 * plugin.TRIES
+    assert len(sessions) < 5 * attempts.TRIES
 
 
 def test_a_machine_without_memory_is_no_crash(
@@ -94,7 +94,7 @@ def test_a_machine_without_memory_is_no_crash(
 ) -> None:
     """Where the kernel has killed for want of memory meanwhile, nothing is judged."""
     counts = itertools.count()
-    monkeypatch.setattr(plugin, "_out_of_memory", lambda: f"oom_kill {next(counts)}")
+    monkeypatch.setattr(attempts, "out_of_memory", lambda: f"oom_kill {next(counts)}")
     check = graded(submission(fill_red=SUICIDE), cache, tmp_path / "build")
     assert check["outcome"] == "error"
     assert "short of memory" in check["message"]

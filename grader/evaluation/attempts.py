@@ -1,0 +1,85 @@
+"""Running one check: again where its process was killed, and again on inputs that nobody has seen.
+
+The archive holds the inputs that functions are judged on, and the answers to them: a program that
+has these by heart is right there, and wrong on any others.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from grader.checking.student import Student
+from grader.evaluation.outcomes import was_killed
+from grader.execution.worker_process import MachineError
+
+# How often a check is run whose process is killed each time; and how often in all for that reason.
+TRIES = 3
+RERUNS = 6
+
+Act = Callable[[Student], None]  # what a check does
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """What a check has raised, if anything, and the submission as it has left it.
+
+    `unseen`: it was right on the inputs of the archive, and this was raised on others.
+    """
+
+    student: Student
+    error: Exception | None
+    unseen: bool = False
+
+
+class Attempts:
+    """How the checks of one run are made; `fresh` is a folder of inputs that nobody has seen."""
+
+    def __init__(self, fresh: Path | None = None) -> None:
+        self._fresh = fresh
+        self._reruns = RERUNS
+        self._out_of_memory = out_of_memory()
+
+    def made(self, act: Act, student: Student) -> Attempt:
+        """Run a check; where it passes and has such inputs, on these too."""
+        first = self._tried(act, student)
+        if self._fresh is None or first.error is not None or not first.student.has_inputs:
+            return first
+        other = self._tried(act, student.with_inputs(self._fresh))
+        return Attempt(other.student, other.error, unseen=True) if other.error else first
+
+    def _tried(self, act: Act, student: Student) -> Attempt:
+        """Run a check; again when its process was killed, which may have been done from outside.
+
+        What kills itself does so each time. It is no fault of its own where memory runs out.
+        """
+        error = _raised(act, student)
+        for _ in range(TRIES - 1):
+            if not was_killed(error):
+                return Attempt(student, error)
+            if not self._reruns:
+                break
+            self._reruns -= 1
+            student = student.anew()
+            error = _raised(act, student)
+        if was_killed(error) and out_of_memory() != self._out_of_memory:
+            error = MachineError("the machine is short of memory, and kills processes")
+        return Attempt(student, error)
+
+
+def _raised(act: Act, student: Student) -> Exception | None:
+    try:
+        act(student)
+    except Exception as error:  # as with pytest, whatever it is becomes the finding
+        return error
+    return None
+
+
+def out_of_memory() -> str:
+    """Return how many processes the kernel has killed for want of memory; "" when it hides it."""
+    with contextlib.suppress(OSError):
+        lines = Path("/proc/vmstat").read_text(encoding="ascii").splitlines()
+        return next((line for line in lines if line.startswith("oom_kill ")), "")
+    return ""
