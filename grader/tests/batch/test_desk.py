@@ -20,6 +20,7 @@ from grader.tests.batch import fake_grading
 
 RESULTS = {
     **{"score": 1.0, "max_score": 2.0, "bonus": 0.0, "max_bonus": 0.0, "incomplete": False},
+    **{"learnt": []},
     **{"tps": [], "exercises": [], "checks": [], "build": {"ok": True, "rejected": {}}},
 }
 PARTS = {"sources": "a"}

@@ -29,6 +29,7 @@ def summary(share: float) -> dict[str, Any]:
         "tps": [{"tp": tp, "score": 20 * share, "max_score": 20} for tp in rules.tps],
         "bonus": 0.0,
         "incomplete": False,
+        "learnt": [],
         "compiles": share > 0,
         "exercises": {
             each.id: [outcome, each.points / 100 * share, each.points / 100]
