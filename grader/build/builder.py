@@ -26,7 +26,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 
-from grader.build import sanitizer_guard, toolchain
+from grader.build import own_headers, sanitizer_guard, toolchain
 from grader.build.compiler_run import BuildError
 from grader.build.records import BuildResult, Target
 from grader.build.target import LANGUAGES, ObjectFile, Symbols, TargetBuild
@@ -143,7 +143,7 @@ class Builder:
             if not wrong:
                 return Built(job, kept, objects, symbols, binding.result()[1], linked.result())
             rejected |= wrong
-            kept = {name: kept[name] for name in kept if name not in wrong}
+            kept = _without(kept, wrong)
 
     def _objects(
         self, job: TargetBuild, kept: Container[str], base: Built | None
@@ -244,6 +244,15 @@ def _alone(job: TargetBuild, header: str) -> str:
     """
     tried = [job.compile(header, language).errors for language in LANGUAGES]
     return tried[0] if all(tried) or _CHANGED.search(tried[0]) else ""
+
+
+def _without(kept: Mapping[str, bytes], wrong: Mapping[str, str]) -> dict[str, bytes]:
+    """Return the files without the wrong ones; of a header, what can stay does."""
+    left = {name: kept[name] for name in kept if name not in wrong}
+    for name, errors in wrong.items():
+        if name.endswith(".h") and (rest := own_headers.without_changed(kept[name], errors)):
+            left[name] = rest
+    return left
 
 
 def _clean_folder(files: Mapping[str, bytes], in_place: bool, cache: Path) -> Path:

@@ -97,6 +97,12 @@ def changed_signatures(rejected: Mapping[str, str]) -> dict[str, str]:
     return {str(each.values["name"]): name for each, name in found if each and each.key == CHANGED}
 
 
+def is_changed(each: Diagnostic) -> bool:
+    """Say whether an error is a declaration that differs from that of exercises.h."""
+    meaning = each.meaning()
+    return meaning is not None and meaning.key == CHANGED
+
+
 def duplicates(complaint: str) -> list[str]:
     """Return the names that a linker has found more than once."""
     return list(dict.fromkeys(_DUPLICATE.findall(complaint)))

@@ -297,8 +297,11 @@ class Libraries:
             if name not in self.submission.files and name not in self.submission.missing
         }
         sources = {name for name in self.submission.files if name.endswith(".c")}
-        beside = Message("failure.beside") if sources - result.rejected.keys() else ""
+        others = bool(sources - result.rejected.keys())
         for name, log in result.rejected.items():
+            # Of a header, what can stay does.
+            key = "failure.beside_header" if name.endswith(".h") else "failure.beside"
+            beside = Message(key) if others else ""
             errors = diagnostics.errors(log)
             first = f"{errors[0].place}: {errors[0].message}" if errors else log[:200]
             text = " ".join(first.split())

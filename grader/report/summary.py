@@ -52,7 +52,8 @@ class Summary:
         """Say that a file does not compile, and whether others are judged all the same."""
         files, rejected = self.content["submission"]["files"], self.content["build"]["rejected"]
         others = any(each.endswith(".c") and each not in rejected for each in files)
-        beside = self.texts.say("failure.beside") if others else ""
+        key = "failure.beside_header" if name.endswith(".h") else "failure.beside"
+        beside = self.texts.say(key) if others else ""
         return self.texts.say("report.not_compiled", name=name, beside=beside)
 
     def pointed_out(self) -> tuple[list[str], int]:
