@@ -19,6 +19,7 @@ from grader.batch.records import BatchError, Settings
 from grader.console.run import ExitCode
 from grader.course import exercises
 from grader.course.texts import Texts
+from grader.sandbox import scratch
 from grader.tests.batch.desk_class import Laid
 
 FILE = "assignsubmission_file"
@@ -32,7 +33,7 @@ class Maker:
         self.seeds: list[str] = []
         self.act: Callable[[Path], None] = lambda folder: None
         self.status, self.said = 0, ""
-        monkeypatch.setattr(fresh_inputs.subprocess, "run", self._run)
+        monkeypatch.setattr(subprocess, "run", self._run)
 
     def _run(self, command: Sequence[str], **_: Any) -> subprocess.CompletedProcess[str]:
         folder = Path(command[command.index("--out") + 1])
@@ -134,7 +135,7 @@ def test_another_machine_makes_its_own(
     tmp_path: Path, maker: Maker, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """On a cluster the folder of the desk may not be there: the seed is, and once is enough."""
-    monkeypatch.setattr(grade_one.scratch, "own_folder", lambda: tmp_path)
+    monkeypatch.setattr(scratch, "own_folder", lambda: tmp_path)
     grade_one._made_here.cache_clear()
     away = Settings("fr", "strong", seed=5, fresh=str(tmp_path / "desk"))
     folder = grade_one._fresh(away)

@@ -38,11 +38,12 @@ def by_heart(cache: Path) -> dict[str, str]:
     """Return the solution with a table of the archive's answers in the place of reflectance."""
     with open_core(REFERENCE, *expected_data.SIZE, cache=cache) as core:
         (batch,) = expected_data.read(exercises.EXPECTED, SUITE, core)
-    rows = [batch.args["n1"], batch.args["n2"], batch.answers[0].result]
-    assert rows[2] is not None
+    answers = batch.answers[0].result
+    assert answers is not None
+    rows = [each.astype(float) for each in (batch.args["n1"], batch.args["n2"], answers)]
     lines = [
         f"if (n1 == {n1}f && n2 == {n2}f) return {known}f;"
-        for n1, n2, known in zip(*(each.astype(float) for each in rows), strict=True)
+        for n1, n2, known in zip(*rows, strict=True)
     ]
     files = solution()
     text = files["raytracer.c"]
