@@ -64,7 +64,7 @@ def test_the_release_is_clean(files: Files) -> None:
 def test_what_is_in_it(files: Files) -> None:
     """The student's folders without our tools, tests and sources."""
     assert {path.split("/")[0] for path in files} == {
-        *("LICENSE", "Makefile", "README.md", "pyproject.toml"),
+        *("LICENSE", "Makefile", "README.md", "pyproject.toml", ".editorconfig", ".vscode"),
         *FOLDERS,
     }
     rules = exercises.load()
@@ -268,8 +268,9 @@ def place() -> Iterator[Path]:
     copy = top / "le projet"
     for name in FOLDERS:
         shutil.copytree(ROOT / name, copy / name, ignore=shutil.ignore_patterns("__pycache__"))
-    for name in ("Makefile", "pyproject.toml", "README.md", "LICENSE"):
-        shutil.copy(ROOT / name, copy)
+    for name in (*release.WHOLE_FILES, "Makefile", "README.md"):
+        (copy / name).parent.mkdir(exist_ok=True)
+        shutil.copy(ROOT / name, copy / name)
     litter = (".main.c.swp", "main.c~", "mrt", "essai.c")
     for path in (*(f"core_c/{name}" for name in litter), "grader/.cache/a.py", "grader/b.py~"):
         (copy / path).parent.mkdir(exist_ok=True)
