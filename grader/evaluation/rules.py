@@ -44,7 +44,7 @@ def settle(findings: Sequence[Finding], rules: Manifest) -> Settled:
     the pictures, in the order of the course. So of exercises that might blame each other the first
     one on the way of a ray is at fault, and only what is wrong by itself is ever waited for.
     """
-    judge = _Judge(rules, unwritten(findings, rules), {each.check for each in findings})
+    judge = _Judge(findings, rules)
     for each in sorted(findings, key=judge.turn):
         judge.hear(each)
     return Settled(
@@ -89,13 +89,18 @@ def is_beside(finding: Finding) -> bool:
 class _Judge:
     """Hears the findings one after the other, and convicts exercises."""
 
-    def __init__(self, rules: Manifest, unwritten: frozenset[str], asked: set[str]) -> None:
+    def __init__(self, findings: Sequence[Finding], rules: Manifest) -> None:
         self.outcomes: dict[str, Outcome] = {}
         self.waits: dict[str, tuple[str, ...]] = {}
-        self.unwritten = unwritten
+        self.unwritten = unwritten(findings, rules)
         self._rules = rules
         self._order = [each.id for each in rules.exercises]
-        self._asked = {rules.checks()[each].exercise for each in asked}
+        # Of two that write in one function, the first.
+        self._by_function = {
+            name: each.id for each in reversed(rules.exercises) for name in each.functions
+        }
+        self._asked = {rules.checks()[each.check].exercise for each in findings}
+        self._deadly = frozenset(filter(None, map(self._dies_by_itself, findings)))
         self._wrong: dict[str, set[Outcome]] = {}  # exercises that are wrong by themselves
 
     def turn(self, finding: Finding) -> tuple[bool, bool, bool, int, int]:
@@ -147,10 +152,13 @@ class _Judge:
         """Return the exercises, of those that are wrong, in which code did not come back.
 
         Of a crash, the function of an exercise that is nearest to it; a loop goes through others,
-        so there any of the calls. Where no call is known, exercises that end so themselves.
+        so there any of the calls. Where no call is known, exercises that end so themselves. A
+        function that crashes when it is judged by itself is to be looked at first wherever it is
+        called: also one that comes later, as octree_free, which every change of scene calls.
         """
-        calls = finding.message.values.get("calls") if finding.message else None
-        names = [name for name, _ in calls] if isinstance(calls, Sequence) else []
+        if (nearest := self._nearest(finding)) in self._deadly - {check.exercise}:
+            return {nearest}
+        names = _calls(finding)
         own = self._rules.exercise(check.exercise).functions
         callers = {
             name: {each for each in wrong if name in self._rules.exercise(each).functions}
@@ -163,3 +171,22 @@ class _Judge:
         if found or any(each in own for each in names):
             return found
         return {each for each in wrong if self._wrong[each] & {*_ENDED}}
+
+    def _dies_by_itself(self, finding: Finding) -> str:
+        """Return the exercise of a check of functions that crashed in one of its own, or ""."""
+        check = self._rules.checks()[finding.check]
+        died = finding.outcome is Outcome.CRASHED and not check.is_picture
+        return check.exercise if died and self._nearest(finding) == check.exercise else ""
+
+    def _nearest(self, finding: Finding) -> str:
+        """Return the exercise of the function that is nearest to a crash; "" when none is."""
+        names = _calls(finding)
+        if finding.outcome is not Outcome.CRASHED:
+            return ""
+        return next((self._by_function[each] for each in names if each in self._by_function), "")
+
+
+def _calls(finding: Finding) -> list[str]:
+    """Return the functions that were being called when code did not come back, the last first."""
+    calls = finding.message.values.get("calls") if finding.message else None
+    return [name for name, _ in calls] if isinstance(calls, Sequence) else []

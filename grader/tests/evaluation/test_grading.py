@@ -145,6 +145,25 @@ def test_a_crash_inside_a_wrong_function_is_that_ones() -> None:
     assert judged(own, replace(through, message=elsewhere))[NEAREST][0] == "crashed"
 
 
+def test_a_function_that_crashes_by_itself_is_looked_at_first_wherever_it_is_called() -> None:
+    """octree_free, which every change of scene calls: trace_ray, which comes before it, waits."""
+    values = {"call": "f()", "calls": [("octree_free", "octree.c:9"), ("scene_changed", "")]}
+    inside = Message("death.SIGSEGV", values)
+    traced = replace(finding(TRACED, Outcome.CRASHED), message=inside)
+    tree = replace(finding("tp4.octree.again", Outcome.CRASHED), message=inside)
+    checks, _ = grade([traced, tree], RULES, TEXTS)
+    assert [each.outcome.value for each in checks] == ["blocked", "crashed"]
+    assert checks[0].waits_for == ("TP4.B1",)
+    assert judged(traced)[TRACED][0] == "crashed"  # no check of the octree was asked for
+
+
+def test_what_comes_after_a_barred_light_waits_for_in_shadow() -> None:
+    """A wrong in_shadow does not make direct_light red."""
+    wrong = [finding("tp3.direct_light.barred", Outcome.FAILED), finding(SHADOW, Outcome.FAILED)]
+    checks, _ = grade(wrong, RULES, TEXTS)
+    assert [each.waits_for for each in checks] == [("TP4.1",), ()]
+
+
 def test_in_a_circle_the_first_on_the_way_of_a_ray_is_shown() -> None:
     """Raytrace and trace_ray need each other's pictures: the one with a wrong check of its own."""
     pictures = [finding(FLAT, Outcome.FAILED), finding(FLAT_1, Outcome.FAILED)]
