@@ -68,7 +68,7 @@ def test_what_is_in_it(files: Files) -> None:
         *FOLDERS,
     }
     rules = exercises.load()
-    core = {*rules.student, *rules.given, *rules.ungraded, "AUTEURS.txt", "texture.ppm", "Makefile"}
+    core = {*rules.student, *rules.given, *rules.ungraded, *release.CORE_FILES}
     assert {path for path in files if path.startswith("core_c/")} == {f"core_c/{n}" for n in core}
     hidden = re.compile(
         r"/(authoring|tests|mistakes|variants|readings|__pycache__)/|\.(patch|md|pyc)$|/\."

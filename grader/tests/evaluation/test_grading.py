@@ -147,7 +147,10 @@ def test_a_crash_inside_a_wrong_function_is_that_ones() -> None:
 
 def test_a_function_that_crashes_by_itself_is_looked_at_first_wherever_it_is_called() -> None:
     """octree_free, which every change of scene calls: trace_ray, which comes before it, waits."""
-    values = {"call": "f()", "calls": [("octree_free", "octree.c:9"), ("scene_changed", "")]}
+    values: dict[str, object] = {
+        "call": "f()",
+        "calls": [("octree_free", "octree.c:9"), ("scene_changed", "")],
+    }
     inside = Message("death.SIGSEGV", values)
     traced = replace(finding(TRACED, Outcome.CRASHED), message=inside)
     tree = replace(finding("tp4.octree.again", Outcome.CRASHED), message=inside)
