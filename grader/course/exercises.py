@@ -45,6 +45,7 @@ class Check:
     needs: tuple[str, ...] = ()  # exercises whose functions right code calls in this check
     judges: tuple[str, ...] = ()  # exercises among them whose functions this check judges too
     waits: tuple[str, ...] = ()  # bonuses and later exercises that it cannot be judged without
+    blames: tuple[str, ...] = ()  # later exercises among them: waited for when wrong, not as stubs
     proven: Mapping[str, str] = field(default_factory=dict)  # by function: the check that tells
 
     @property
@@ -185,6 +186,7 @@ def _exercise(row: dict[str, Any]) -> Exercise:
                 tuple(rule.get("needs", row["depends"])),
                 tuple(rule.get("judges", ())),
                 tuple(rule.get("waits", ())),
+                tuple(rule.get("blames", ())),
                 dict(rule.get("proven", {})),
             )
             for (name, rule), share in zip(rules.items(), points, strict=True)
@@ -206,7 +208,12 @@ def _verify(manifest: Manifest, path: Path) -> None:
     wrong += [name for each in manifest.exercises for name in each.depends if name not in ids]
     wrong += [check.twin for check in checks if check.twin and check.twin not in known]
     wrong += [name for check in checks for name in check.needs if name not in ids]
-    wrong += [name for check in checks for name in check.judges if name not in check.needs]
+    wrong += [
+        name
+        for check in checks
+        for name in (*check.judges, *check.blames)
+        if name not in check.needs
+    ]
     wrong += [name for check in checks for name in check.waits if name not in ids]
     wrong += [name for check in checks for name in check.proven.values() if name not in known]
     wrong += [

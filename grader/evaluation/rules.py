@@ -110,7 +110,7 @@ class _Judge:
             not finding.alone,
             check.is_picture,
             bool(check.judges),
-            0 if check.is_picture else len(self._rules.waited_for(check)),
+            0 if check.is_picture else len(self._rules.waited_for(check) | {*check.blames}),
             self._order.index(check.exercise),
         )
 
@@ -146,7 +146,7 @@ class _Judge:
             return self._enders(finding, check, allowed & self._wrong.keys())
         # A marker counts that was met here, of an exercise that is not right all the same.
         missing = {each for each in finding.todo if each not in self._asked - self.unwritten}
-        return set(allowed & (missing | self._wrong.keys()))
+        return set(allowed & missing) | {*{*allowed, *check.blames} & self._wrong.keys()}
 
     def _enders(self, finding: Finding, check: Check, wrong: Collection[str]) -> set[str]:
         """Return the exercises, of those that are wrong, in which code did not come back.

@@ -161,10 +161,14 @@ def test_a_function_that_crashes_by_itself_is_looked_at_first_wherever_it_is_cal
 
 
 def test_what_comes_after_a_barred_light_waits_for_in_shadow() -> None:
-    """A wrong in_shadow does not make direct_light red."""
-    wrong = [finding("tp3.direct_light.barred", Outcome.FAILED), finding(SHADOW, Outcome.FAILED)]
-    checks, _ = grade(wrong, RULES, TEXTS)
-    assert [each.waits_for for each in checks] == [("TP4.1",), ()]
+    """A wrong in_shadow makes neither direct_light nor trace_ray red; as a stub it excuses none."""
+    barred, lit = "tp3.direct_light.barred", "tp2.trace_ray.lit"
+    for check in (barred, lit):
+        wrong = [finding(check, Outcome.FAILED), finding(SHADOW, Outcome.FAILED)]
+        checks, _ = grade(wrong, RULES, TEXTS)
+        assert [each.waits_for for each in checks] == [("TP4.1",), ()]
+        stub = [finding(check, Outcome.FAILED, "TP4.1"), finding(SHADOW, Outcome.FAILED, "TP4.1")]
+        assert judged(*stub)[check][0] == "failed"
 
 
 def test_in_a_circle_the_first_on_the_way_of_a_ray_is_shown() -> None:
