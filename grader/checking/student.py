@@ -28,10 +28,10 @@ from grader.execution.libraries import LibrarySet
 from grader.execution.records import OUT_OF_TIME, Act, Death
 from grader.execution.session import Address, Died, Library, Limits, Session
 
-# With what checks need of compare.py.
 __all__ = ["Answers", "Bench", "CallDied", "Student", "Wrong"]
 
 T = TypeVar("T")
+Begin = Callable[[Session, Library], None]
 
 SIZES = sizes.DRAWN
 UNIT_LIMITS = Limits(cpu=2.0)
@@ -60,7 +60,7 @@ class Student:
         self._libraries = libraries
         self._own = own  # functions that the check is about
         self.folder = folder  # of the expected data
-        self.has_inputs = False  # whether stored calls were put to it
+        self.has_inputs = False  # whether it was judged on stored calls or pictures
         self.todo: frozenset[str] = frozenset()
         self.output = ""  # what was printed in the first session that printed something
         self.remarks: list[Message] = []  # what to tell besides, whatever the outcome
@@ -122,19 +122,23 @@ class Student:
         with self.bench() as bench:
             return [bench.trial(batch) for batch in self.batches(suite)]
 
-    def picture(self, scene: int, texels: Array | None = None, **settings: Any) -> Image:
+    def picture(
+        self, scene: int, texels: Array | None = None, begin: Begin | None = None, **settings: Any
+    ) -> Image:
         """Draw a scene with the optimised build; `settings` are fields of `options`.
 
-        `texels` are those of scene_texture. Returns shape (180, 320, 3), float32, row 0 at the
-        bottom, as it was left. Raises CallDied.
+        `texels` are those of scene_texture; `begin` lays the scene out otherwise. Returns shape
+        (180, 320, 3), float32, row 0 at the bottom, as it was left. Raises CallDied.
         """
-        text = ", ".join(
-            [f"scene {scene}", *(f"{key} = {value}" for key, value in settings.items())]
-        )
-        with self.stage(PICTURE_LIMITS, texels, **settings) as (session, _):
+        self.has_inputs = True
+        text = ", ".join([f"scene {scene}", *(f"{key} = {each}" for key, each in settings.items())])
+        with self.stage(PICTURE_LIMITS, texels, **settings) as (session, core):
 
             def draw() -> None:
-                session.call("setup_scene", scene)  # builds the octree
+                if begin:
+                    begin(session, core)
+                else:
+                    session.call("setup_scene", scene)  # builds the octree
                 session.call("raytrace")
 
             # A picture would only take longer to loop in the same place.
@@ -143,7 +147,7 @@ class Student:
                 stuck,
                 lambda case: f"raytrace() ({text})",
                 draw,
-                lambda case: reproducer.of_picture(scene, settings, PICTURE_SIZE),
+                lambda case: "" if begin else reproducer.of_picture(scene, settings, PICTURE_SIZE),
             )
             flat = session.get("output_image")
         return flat.reshape(PICTURE_SIZE[1], PICTURE_SIZE[0], 3)

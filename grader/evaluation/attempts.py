@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from grader.checking.student import Student
+from grader.checking.student import Student, Wrong
 from grader.evaluation.outcomes import was_killed
 from grader.execution.worker_process import MachineError
 
@@ -43,12 +43,17 @@ class Attempts:
         self._out_of_memory = out_of_memory()
 
     def made(self, act: Act, student: Student) -> Attempt:
-        """Run a check; where it passes and has such inputs, on these too."""
+        """Run a check; where it earns something and has such inputs, on these too.
+
+        A picture of which a part is right has to be as good there, roughly.
+        """
         first = self._tried(act, student)
-        if self._fresh is None or first.error is not None or not first.student.has_inputs:
+        if self._fresh is None or not first.student.has_inputs or not _earned(first):
             return first
         other = self._tried(act, student.with_inputs(self._fresh))
-        return Attempt(other.student, other.error, unseen=True) if other.error else first
+        if not other.error or (first.error and _earned(other) > _earned(first) / 2):
+            return first
+        return Attempt(other.student, other.error, unseen=True)
 
     def _tried(self, act: Act, student: Student) -> Attempt:
         """Run a check; again when its process was killed, which may have been done from outside.
@@ -67,6 +72,13 @@ class Attempts:
         if was_killed(error) and out_of_memory() != self._out_of_memory:
             error = MachineError("the machine is short of memory, and kills processes")
         return Attempt(student, error)
+
+
+def _earned(attempt: Attempt) -> float:
+    """Return the share of the points that a check has earned."""
+    if attempt.error is None:
+        return 1.0
+    return attempt.error.evidence.share if isinstance(attempt.error, Wrong) else 0.0
 
 
 def _raised(act: Act, student: Student) -> Exception | None:

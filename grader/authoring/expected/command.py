@@ -3,7 +3,8 @@
     python -m grader.authoring.expected.command [--seed N] [--out DIR] [--check]
 
 The answers are made with the grader's own runner. Another seed and folder give an instructor data
-that students have not seen: `grade --expected DIR`. `--check` makes the data again and compares:
+that students have not seen, and the scenes from other cameras and in other colours:
+`grade --expected DIR`. `--check` makes the data again and compares:
 inputs must be the same, answers within half of their tolerance, for another compiler or libm may
 round otherwise. The bank of known mistakes (mistake_bank.py) and the pictures (pictures/) are made
 with the data.
@@ -25,7 +26,7 @@ from pathlib import Path
 import numpy as np
 
 from grader.authoring.expected import mistake_bank
-from grader.authoring.expected.pictures import drift
+from grader.authoring.expected.pictures import drift, other_views
 from grader.authoring.expected.vectors import glass, mirrors, octree, patterns, tp2, tp3, tp4, tp5
 from grader.authoring.expected.vectors.maker import Recipe, Suite
 from grader.build import toolchain
@@ -62,6 +63,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "--without-pictures", action="store_true", help="leave the pictures as they are"
     )
+    parser.add_argument(
+        "--without-views", action="store_true", help="leave the scenes' other views as they are"
+    )
     options = parser.parse_args(arguments)
     with _reference() as core:
         try:
@@ -72,7 +76,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
             options.out.mkdir(parents=True, exist_ok=True)
             if not options.without_pictures:
                 drift.store(options.out)
-            _make(core, options.out, SEED if options.seed is None else options.seed)
+            seed = SEED if options.seed is None else options.seed
+            if options.out.resolve() != FOLDER and not options.without_views:
+                other_views.store(options.out, seed)
+            _make(core, options.out, seed)
             if not options.without_bank:
                 mistake_bank.store(options.out)
         except ExpectedError as error:

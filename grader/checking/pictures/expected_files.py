@@ -42,6 +42,11 @@ class Expected:
     limits: PictureLimits
 
 
+def are_there(folder: Path) -> bool:
+    """Say whether a folder of expected data has expected pictures."""
+    return (folder / FOLDER).is_dir()
+
+
 def read(folder: Path, picture: ExpectedPicture) -> Expected:
     """Read what is accepted. Raises ExpectedError, naming the file and the cure."""
     path = folder / FOLDER / f"{picture.name}.npz"

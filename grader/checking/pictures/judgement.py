@@ -10,7 +10,7 @@ import numpy as np
 
 from grader.checking import reproducer
 from grader.checking.comparison import Wrong
-from grader.checking.pictures import candidates, causes, expected_files, views, whole
+from grader.checking.pictures import candidates, causes, expected_files, other_views, views, whole
 from grader.checking.pictures.expected_files import Expected
 from grader.checking.pictures.measure import LEVEL, Floats, Measures, measure, outside, worst_tile
 from grader.checking.pictures.plan import COURSE, PATTERNED, STAGES, ExpectedPicture
@@ -61,11 +61,23 @@ class _WrongPicture:
 def check_picture(student: Student, scene: int, stage: str, *only: str) -> None:
     """Draw a stage of a scene with the submission, and judge it by its things (`only`, or all).
 
-    Raises Wrong, CallDied.
+    A folder of expected data has the archive's pictures, other views, or both. Raises Wrong,
+    CallDied.
     """
     picture = ExpectedPicture(scene, stage)
+    elsewhere = other_views.are_there(student.folder)
+    if expected_files.are_there(student.folder) or not elsewhere:
+        _check_here(student, picture, only)
+    # Where things stand in another view is not known.
+    if elsewhere and not only:
+        other_views.check(student, picture)
+
+
+def _check_here(student: Student, picture: ExpectedPicture, only: Sequence[str]) -> None:
+    """Judge a picture of the archive. Raises Wrong, CallDied."""
+    scene = picture.scene
     texels = expected_files.read_texels(student.folder) if scene in PATTERNED else None
-    got = student.picture(scene, texels, **picture.options)
+    got = student.picture(scene, texels, None, **picture.options)
     # A picture of one colour, drawn by stubs, shows nothing.
     empty = student.meets_stubs and whole.is_plain(got)
     found = judge(student.folder, picture, got, only, shown=student.is_begun and not empty)

@@ -16,6 +16,7 @@ import pytest
 
 from grader.batch import csv_table, fresh_inputs, grade_one, purge
 from grader.batch.records import BatchError, Settings
+from grader.checking.pictures.plan import JUDGED
 from grader.console.run import ExitCode
 from grader.course import exercises
 from grader.course.texts import Texts
@@ -148,7 +149,7 @@ def test_another_machine_makes_its_own(
 
 
 def test_the_real_ones_are_other_inputs_of_the_same_suites(tmp_path: Path) -> None:
-    """Every suite that the archive has, in other numbers."""
+    """Every suite that the archive has, in other numbers; and every scene from elsewhere."""
     fresh_inputs.make(5, tmp_path / "made")
     found, public = (
         json.loads((folder / "manifest.json").read_text(encoding="utf-8"))
@@ -156,6 +157,8 @@ def test_the_real_ones_are_other_inputs_of_the_same_suites(tmp_path: Path) -> No
     )
     assert found["seed"] == 5
     assert found["files"].keys() == public["files"].keys()
+    views = {path.name for path in (tmp_path / "made" / "views").iterdir()}
+    assert {f"{each.name}.npz" for each in JUDGED} <= views
     same = [name for name, row in found["files"].items() if row == public["files"][name]]
     assert len(same) < len(found["files"]) / 10
 

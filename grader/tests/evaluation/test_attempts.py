@@ -30,6 +30,7 @@ def fresh(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return inputs of another seed than the archive's."""
     folder = tmp_path_factory.mktemp("inputs") / "data"
     words = ["--seed", "8", "--out", str(folder), "--without-pictures", "--without-bank"]
+    words.append("--without-views")
     assert command.main(words) == 0
     return folder
 
