@@ -8,14 +8,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-# JupyterLab's own colours, light or dark, and what to take where there are none.
-_EDGES = {
-    "plain": "var(--jp-border-color1, #bdbdbd)",
-    "good": "var(--jp-info-color1, #0072b2)",
-    "bad": "var(--jp-warn-color1, #d55e00)",
-}
+# Seen on light ground and on dark; JupyterLab's own are too pale on white.
+_EDGES = {"plain": "#808080", "good": "#0072b2", "bad": "#d55e00"}
 _CARD = "border-left:4px solid {edge};padding:.4em .8em;margin:.4em 0;max-width:60em"
-_CELL = "text-align:left;padding:.15em .7em .15em 0;vertical-align:top;max-width:34em"
+_CELL = (
+    "text-align:left;padding:.15em .7em .15em 0;vertical-align:top;max-width:34em;"
+    "overflow-wrap:anywhere"  # where there is little room, rather than a second scroll bar
+)
 _PRE = (
     "font-family:var(--jp-code-font-family, monospace);"
     "white-space:pre;overflow-x:auto;margin:.4em 0"

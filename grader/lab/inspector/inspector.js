@@ -4,19 +4,30 @@
 const MOST_ZOOM = 16;
 const TURN = 0.12; // radians, for one press of an arrow key
 const LIT = 3; // width of the ray whose row is under the mouse
+const LOOK = 500; // milliseconds, between two looks at the ink of the page's theme
+const GREY = "#808080"; // seen on light ground and on dark
 const STYLE = `
-.mrt-inspector{font-family:var(--jp-content-font-family,sans-serif);color:var(--jp-content-font-color1,#222)}
+.mrt-inspector{font-family:var(--jp-content-font-family,sans-serif);color:var(--jp-content-font-color1,#222);container-type:inline-size}
 .mrt-views{display:flex;flex-wrap:wrap;gap:.6em;align-items:flex-start}
 .mrt-view{flex:1 1 18em;min-width:0;max-width:100%;position:relative}
-.mrt-port{overflow:auto;max-height:26em;border:1px solid var(--jp-border-color1,#bbb)}
+.mrt-port{overflow:auto;max-height:26em;border:1px solid #808080}
 .mrt-port canvas,.mrt-space{display:block}
 .mrt-port canvas{image-rendering:pixelated;cursor:crosshair}
-.mrt-space{width:100%;box-sizing:border-box;touch-action:none;cursor:grab;border:1px solid var(--jp-border-color1,#bbb);background:#fff}
+.mrt-space{width:100%;box-sizing:border-box;touch-action:none;cursor:grab;border:1px solid #808080;background:var(--jp-layout-color0,#fff)}
 .mrt-inspector canvas:focus-visible{outline:3px solid #0072b2;outline-offset:-3px}
 .mrt-bar{display:flex;gap:.5em;align-items:center;min-height:2em}
 .mrt-bar button{min-width:2em;min-height:2em}
+@media (pointer:coarse){.mrt-bar button{min-width:44px;min-height:44px}}
 .mrt-rays td,.mrt-rays th{padding:.15em .6em .15em 0}
 .mrt-rays tr.mrt-lit{outline:2px solid #0072b2;background:rgba(0,114,178,.15)}
+@container (max-width:36em){
+.mrt-rays thead{display:none}
+.mrt-rays tr{display:block;padding:.3em 0}
+.mrt-rays th,.mrt-rays td{display:inline-block;white-space:normal!important}
+.mrt-rays th{display:block}
+.mrt-rays td:empty{display:none}
+.mrt-rays td::before{content:attr(data-column) "\\00a0: "}
+}
 `;
 
 function element(tag, properties, ...children) {
@@ -56,6 +67,7 @@ function pictureView(model, say) {
     const [i, j] = model.get("pixel");
     canvas.width = width * zoom;
     canvas.height = height * zoom;
+    canvas.style.maxWidth = zoom > 1 ? "none" : "100%";
     pen.imageSmoothingEnabled = false;
     pen.drawImage(source, 0, 0, canvas.width, canvas.height);
     const [x, y] = [(i + 0.5) * zoom, (height - j - 0.5) * zoom];
@@ -133,6 +145,7 @@ function spaceView(model, pick) {
   let scale = 1;
   let lit = null;
   let drag = null;
+  let ink = "";
   let drawn = []; // the rays as they stand on the canvas: row, x0, y0, x1, y1
 
   const project = ([x, y, z]) => {
@@ -153,13 +166,14 @@ function spaceView(model, pick) {
 
   const draw = () => {
     const { spheres, lines, rays } = model.get("seen");
-    const colors = model.get("scene").colors;
+    ink = getComputedStyle(canvas).color;
+    const colors = { ...model.get("scene").colors, camera: ink };
     canvas.width = Math.max(canvas.clientWidth, 200) * (window.devicePixelRatio || 1);
     canvas.height = canvas.width * 0.75;
     drawn = [];
     if (!rays.length) return;
     pen.lineWidth = 1;
-    pen.strokeStyle = "#bbb";
+    pen.strokeStyle = GREY;
     lines.forEach(path);
     const far = spheres.map((each) => [project(each)[2], each]).sort((one, other) => one[0] - other[0]);
     for (const [, [x, y, z, radius, color]] of far) {
@@ -170,7 +184,7 @@ function spaceView(model, pick) {
       pen.fillStyle = color;
       pen.fill();
       pen.globalAlpha = 1;
-      pen.strokeStyle = "#555";
+      pen.strokeStyle = GREY;
       pen.stroke();
     }
     for (const [row, kind, start, end] of rays) {
@@ -236,7 +250,10 @@ function spaceView(model, pick) {
     lit = row;
     draw();
   };
-  return { canvas, draw, light };
+  const follow = () => {
+    if (getComputedStyle(canvas).color !== ink) draw();
+  };
+  return { canvas, draw, light, follow };
 }
 
 // A folded one is drawn when it is first unfolded: before, it has no width.
@@ -306,11 +323,15 @@ function inspector(model, el) {
   model.on("change:pixel", picture.draw);
   model.on("change:scene", picture.load);
   const sizes = new ResizeObserver(space.draw);
+  const follow = setInterval(space.follow, LOOK);
   el.append(root);
   picture.load();
   write();
   sizes.observe(views);
-  return () => sizes.disconnect();
+  return () => {
+    sizes.disconnect();
+    clearInterval(follow);
+  };
 }
 
 export default { render };

@@ -161,7 +161,8 @@ def tabled(found: list[Row]) -> Shown:
     text = table(heads, cells).text
     head = "".join(f'<th scope="col" style="{_CELL}">{escape(each)}</th>' for each in heads)
     body = "".join(
-        _line(row, line, used.index("ray")) for row, line in zip(found, cells, strict=True)
+        _line(row, dict(zip(heads, line, strict=True)), used.index("ray"))
+        for row, line in zip(found, cells, strict=True)
     )
     caption = escape(say("inspect.caption"))
     style = "overflow-x:auto;max-width:100%"
@@ -185,13 +186,14 @@ def _marked(row: Row, name: str) -> Shown | str:
     return Shown(f"<strong>{escape(mark)} {html}</strong>", f"{mark} {text}")
 
 
-def _line(row: Row, cells: list[Shown | str], head: int) -> str:
+def _line(row: Row, cells: dict[str, Shown | str], head: int) -> str:
+    """Return a row; each cell knows its column, which is said beside it where there is no room."""
     parts = []
-    for k, cell in enumerate(cells):
+    for k, (column, cell) in enumerate(cells.items()):
         html = cell.html if isinstance(cell, Shown) else escape(cell)
         if k == head:
             pad = f"padding-left:{row.level * _INDENT:.1f}em;{_CELL};font-weight:normal"
             parts.append(f'<th scope="row" style="{pad}">{html}</th>')
         else:
-            parts.append(f'<td style="{_CELL}">{html}</td>')
+            parts.append(f'<td data-column="{escape(column)}" style="{_CELL}">{html}</td>')
     return f'<tr data-row="{row.id}">{"".join(parts)}</tr>'
