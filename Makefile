@@ -4,7 +4,7 @@
 # Paths here are relative, and values travel by the environment, so that this works from any folder.
 
 .DEFAULT_GOAL := help
-.PHONY: help grade watch mrt try debug restore lab submit update release batch purge oral notebooks figures expected calibrate prove skeleton format lint test test-all bench doctor wheelhouse print-flags clean
+.PHONY: help grade watch mrt try debug restore lab submit update release classroom batch purge oral notebooks figures expected calibrate prove skeleton format lint test test-all bench doctor wheelhouse print-flags clean
 
 SUBMISSION ?= core_c
 SRC ?= core_c
@@ -64,6 +64,10 @@ update: ## remplace le sujet par une version plus récente, pas vos fichiers : A
 
 release: ## l'archive à distribuer, sans la solution : OUT=nom.zip, COMMENTS=en | the archive to hand out, without the solution: OUT=name.zip, COMMENTS=en
 	@$(call PYTHON_OF,grade) && "$$python" -m grader release --out "$${OUT:-$$BUILD/miniraytracer.zip}" \
+	    $${COMMENTS:+--comments "$$COMMENTS"}
+
+classroom: ## un dépôt pour GitHub ou GitLab, évalué à chaque envoi : OUT=dossier, COMMENTS=en | a repository for GitHub or GitLab, graded at each push: OUT=folder, COMMENTS=en
+	@$(call PYTHON_OF,grade) && "$$python" -m grader classroom --out "$${OUT:-$$BUILD/classroom}" \
 	    $${COMMENTS:+--comments "$$COMMENTS"}
 
 batch: ## évalue une classe : SUBMISSIONS=, OUT=, JOBS=2, NAMES=1, AGAIN=1, PUBLIC=1 | grades a class: SUBMISSIONS=, OUT=, JOBS=2, NAMES=1, AGAIN=1, PUBLIC=1

@@ -29,6 +29,7 @@ ANNOTATIONS = ("editor", "github")  # grader.report.at_lines.FORMS, which loads 
 # Commands with a module of their own, loaded when asked for; some are not in a student's copy.
 OTHERS = {
     "batch": ("grader.batch.command", "batch.description"),
+    "classroom": ("grader.authoring.forge", "forge.description"),
     "oral": ("grader.authoring.oral", "oral.description"),
     "purge": ("grader.batch.purge", "purge.description"),
     "release": ("grader.authoring.release", "release.description"),

@@ -1,0 +1,111 @@
+"""`make classroom`: a repository for each student's work, which a forge grades at each push.
+
+    python -m grader classroom --out DIR
+
+It is the students' archive with a workflow for GitHub (and GitHub Classroom) and one for GitLab.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from textwrap import indent
+
+from grader.authoring import release
+from grader.console.run import ExitCode, complain
+from grader.course import exercises, settings
+from grader.course.exercises import ROOT
+from grader.course.message import GraderError, UserError
+from grader.course.texts import LANGUAGES, Texts, preferred
+from grader.files import write_whole
+
+TEMPLATES = {".github/workflows/grade.yml": "github.yml", ".gitlab-ci.yml": "gitlab.yml"}
+PACKAGES = "bubblewrap ca-certificates gcc git libpng-dev make pkg-config python3-venv"
+# What is never taken from a student: it decides on marks.
+_FOLDERS = (".github", "grader", "reference")
+_FILES = (".gitlab-ci.yml", "Makefile", "pyproject.toml")
+# Where the runner is root already, as in GitLab's containers, there is no sudo.
+_STEPS = {
+    "restore": """\
+git config --global --add safe.directory "$PWD"
+first=${{MRT_BASE:-$(git rev-list --max-parents=0 HEAD | tail -n 1)}}
+rm -rf .venv build GNUmakefile makefile {folders}
+git checkout --quiet "$first" -- {paths}
+""",
+    "tools": """\
+as_root() {{ if [ "$(id -u)" = 0 ]; then "$@"; else sudo "$@"; fi; }}
+as_root apt-get update -qq
+as_root apt-get install -y -qq --no-install-recommends {packages} >/dev/null
+""",
+    "grade": "make grade ANNOTATE=github\n",
+    "points": '"$(sh grader/setup/environment.sh grade)" -m grader.report.forge build/grade/results.json\n',
+}
+
+
+class ForgeError(UserError):
+    """The repository cannot be written: a sentence of [forge] in messages/."""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; return the exit code."""
+    texts = Texts(preferred())
+    parser = argparse.ArgumentParser(prog="python -m grader classroom", description=__doc__)
+    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    parser.add_argument("--out", type=Path, default=ROOT / "build" / "classroom", metavar="DIR")
+    parser.add_argument("--comments", choices=LANGUAGES, help="their language, if not the course's")
+    options = parser.parse_args(arguments)
+    try:
+        language = options.comments or settings.load().language
+        files = repository(language)
+        write(options.out, files)
+    except GraderError as error:
+        return complain(error.sentence(texts), ExitCode.WRONG_USE)
+    print(texts.say("forge.done", path=options.out, count=len(files)))
+    return ExitCode.DONE
+
+
+def repository(language: str) -> dict[str, bytes]:
+    """Return the files of the repository by path. Raises ReleaseError when something may not go."""
+    files = release.collect(ROOT, language)
+    release.verify(files, ROOT, language)
+    release.verify_history(files, ROOT)
+    made = {path: workflow(name, language).encode() for path, name in TEMPLATES.items()}
+    return {**files, ".gitignore": (ROOT / ".gitignore").read_bytes(), **made}
+
+
+def workflow(template: str, language: str) -> str:
+    """Return the text of a workflow, from its template beside this file."""
+    rules = exercises.load()
+    given = [f"core_c/{name}" for name in rules.given]
+    values = {
+        "folders": " ".join(_FOLDERS),
+        "paths": " ".join([*_FOLDERS, *_FILES, *given]),
+        "packages": PACKAGES,
+    }
+    text = (Path(__file__).parent / template).read_text(encoding="utf-8")
+    margins = _margins(text)
+    steps = {
+        name: indent(step.format(**values), margins[name]).strip()
+        for name, step in _STEPS.items()
+    }
+    return text.format(language=language, **steps)
+
+
+def _margins(text: str) -> Mapping[str, str]:
+    """Return the margin of each step's place in a template."""
+    lines = [line for line in text.splitlines() if line.strip().startswith("{")]
+    return {line.strip().strip("{}"): line[: len(line) - len(line.lstrip())] for line in lines}
+
+
+def write(folder: Path, files: Mapping[str, bytes]) -> None:
+    """Write the files into a folder that is empty, or not there. Raises ForgeError."""
+    try:
+        if folder.exists() and any(folder.iterdir()):
+            raise ForgeError("forge.not_empty", path=folder)
+        for path, content in files.items():
+            place = folder / path
+            place.parent.mkdir(parents=True, exist_ok=True)
+            write_whole(place, content)
+    except OSError as error:
+        raise ForgeError("forge.cannot_write", path=folder, error=error.strerror) from error
