@@ -84,7 +84,7 @@ def markdown(content: Row, texts: Texts) -> str:
         for each in content["exercises"]
     ]
     wrong = [
-        f"- **{_cell(each.title or each.path)}** ({_cell(each.path)}:{each.line}) {_cell(each.text)}"
+        f"- **{_cell(each.title)}** ({_cell(each.path)}:{each.line}) {_cell(each.text)}"
         for each in at_lines.found_in(content)
         if each.is_error
     ]
@@ -99,7 +99,7 @@ def _cell(text: str) -> str:
 
 def _tell(path: str, text: str) -> None:
     if not path:
-        print(text)
+        sys.stdout.write(text + "\n")
         return
     with Path(path).open("a", encoding="utf-8") as file:
         file.write(text + "\n")

@@ -22,16 +22,15 @@ from grader.files import write_whole
 
 TEMPLATES = {".github/workflows/grade.yml": "github.yml", ".gitlab-ci.yml": "gitlab.yml"}
 PACKAGES = "bubblewrap ca-certificates gcc git libpng-dev make pkg-config python3-venv"
-# What is never taken from a student: it decides on marks.
-_FOLDERS = (".github", "grader", "reference")
-_FILES = (".gitlab-ci.yml", "Makefile", "pyproject.toml")
-# Where the runner is root already, as in GitLab's containers, there is no sudo.
+# Where the runner is root already, as in GitLab's containers, there is no sudo. Python would take a
+# json.py of the student's, and make a GNUmakefile: at the top stays only what was handed out.
 _STEPS = {
     "restore": """\
 git config --global --add safe.directory "$PWD"
 first=${{MRT_BASE:-$(git rev-list --max-parents=0 HEAD | tail -n 1)}}
-rm -rf .venv build GNUmakefile makefile {folders}
-git checkout --quiet "$first" -- {paths}
+find . -mindepth 1 -maxdepth 1 ! -name .git ! -name core_c ! -name notebooks -exec rm -rf {{}} +
+git checkout --quiet "$first" -- . ':!core_c' ':!notebooks'
+git checkout --quiet "$first" -- {given}
 """,
     "tools": """\
 as_root() {{ if [ "$(id -u)" = 0 ]; then "$@"; else sudo "$@"; fi; }}
@@ -39,7 +38,9 @@ as_root apt-get update -qq
 as_root apt-get install -y -qq --no-install-recommends {packages} >/dev/null
 """,
     "grade": "make grade ANNOTATE=github\n",
-    "points": '"$(sh grader/setup/environment.sh grade)" -m grader.report.forge build/grade/results.json\n',
+    "points": """\
+"$(sh grader/setup/environment.sh grade)" -m grader.report.forge build/grade/results.json
+""",
 }
 
 
@@ -76,18 +77,11 @@ def repository(language: str) -> dict[str, bytes]:
 
 def workflow(template: str, language: str) -> str:
     """Return the text of a workflow, from its template beside this file."""
-    rules = exercises.load()
-    given = [f"core_c/{name}" for name in rules.given]
-    values = {
-        "folders": " ".join(_FOLDERS),
-        "paths": " ".join([*_FOLDERS, *_FILES, *given]),
-        "packages": PACKAGES,
-    }
+    given = " ".join(f"core_c/{name}" for name in exercises.load().given)
     text = (Path(__file__).parent / template).read_text(encoding="utf-8")
     margins = _margins(text)
     steps = {
-        name: indent(step.format(**values), margins[name]).strip()
-        for name, step in _STEPS.items()
+        name: indent(step.format(**values), margins[name]).strip() for name, step in _STEPS.items()
     }
     return text.format(language=language, **steps)
 
