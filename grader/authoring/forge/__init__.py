@@ -81,7 +81,8 @@ def workflow(template: str, language: str) -> str:
     text = (Path(__file__).parent / template).read_text(encoding="utf-8")
     margins = _margins(text)
     steps = {
-        name: indent(step.format(**values), margins[name]).strip() for name, step in _STEPS.items()
+        name: indent(step.format(given=given, packages=PACKAGES), margins[name]).strip()
+        for name, step in _STEPS.items()
     }
     return text.format(language=language, **steps)
 
