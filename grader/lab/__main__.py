@@ -28,6 +28,8 @@ UNWRITTEN = ("todo", "blocked")  # outcomes of what is still a stub, or waits fo
 SETTINGS: dict[str, dict[str, Any]] = {
     # No news and no update checks: a room may have no network.
     "@jupyterlab/apputils-extension/notification": {"checkForUpdates": False, "fetchNews": "false"},
+    # Without a kernel, the next day, sliders and inspectors show what they showed.
+    "@jupyter-widgets/jupyterlab-manager/plugin": {"saveState": True},
     # A C file that was not saved is not the one that is built.
     "@jupyterlab/docmanager-extension/plugin": {"autosaveInterval": 10},
 }

@@ -222,12 +222,12 @@ class Core(Constructor):
     # ---- The rest -----------------------------------------------------------------------------
 
     @property
-    def seconds(self) -> float:
-        """How long one call may take, in seconds."""
+    def seconds(self) -> float | None:
+        """How long one call may take, in seconds; None: by the picture's size."""
         return self._engine.seconds
 
     @seconds.setter
-    def seconds(self, seconds: float) -> None:
+    def seconds(self, seconds: float | None) -> None:
         self._engine.seconds = seconds
 
     @property

@@ -42,6 +42,7 @@ from grader.lab.display.words import texts
 T = TypeVar("T")
 
 SECONDS = 20.0  # of one call; a whole picture may be asked for
+SMALL, SECONDS_SMALL = 10_000, 5.0  # a picture of less pixels needs less
 SECONDS_AGAIN = 3.0  # once a call has run out of time, until the files change
 MOST_SESSIONS = 3
 SOURCES = (".c", ".h")
@@ -85,7 +86,7 @@ class Engine:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        self.seconds = SECONDS
+        self.seconds: float | None = None  # of one call; None: by the picture's size
         self._marks: Marks = ()
         self._files: Mapping[str, bytes] = {}
         self.errors = ""  # the compiler's, of the files as they are
@@ -151,7 +152,7 @@ class Engine:
         self.refresh()
         with self._telling(call):
             core = self._core(self._judged(target))
-            with core.session(Limits(cpu=self.limit, each_call=True)) as session:
+            with core.session(Limits(cpu=self.limit(target), each_call=True)) as session:
                 yield core, session
 
     @contextmanager
@@ -169,10 +170,11 @@ class Engine:
             self.close()
             raise Stopped(error_cards.sentence("machine.failed", detail=error)) from None
 
-    @property
-    def limit(self) -> float:
-        """Seconds that a call may take."""
-        return min(self.seconds, SECONDS_AGAIN) if self._again else self.seconds
+    def limit(self, target: Target) -> float:
+        """Return the seconds that a call may take."""
+        small = target.width * target.height < SMALL
+        most = self.seconds or (SECONDS_SMALL if small else SECONDS)
+        return min(most, SECONDS_AGAIN) if self._again else most
 
     def refresh(self) -> bool:
         """Look whether a file was saved; forget what was built of the old ones if so."""
@@ -207,7 +209,7 @@ class Engine:
             self._drop(next(iter(self._stages)))
         core = self._core(result)
         closing = ExitStack()
-        limits = Limits(cpu=self.limit, each_call=True)
+        limits = Limits(cpu=self.limit(target), each_call=True)
         session = closing.enter_context(core.session(limits))
         self._stages[target] = OpenSession(core, session, closing)
 

@@ -80,17 +80,19 @@ def test_a_crash_names_function_and_line(core: Core, edit: Edit) -> None:
 
 
 def test_an_endless_loop_ends(core: Core, edit: Edit) -> None:
-    """The line is named after core.seconds, and the next call gets less time."""
+    """The line is named after core.seconds; the next call gets less time, as a small picture."""
     core.seconds = 1
     edit("raytracer.c", DOT, f"{DOT} for (volatile int k = 0;; k++) {{}}")
     message = stopped(core)
     assert "after 1 s" in message
     assert "in shade (raytracer.c:" in message
-    core.seconds = 20
-    assert core.engine.limit < 20
+    core.seconds, small = 20, Target(*core.size)
+    assert core.engine.limit(small) < 20
     edit("raytracer.c", " for (volatile int k = 0;; k++) {}", "")
     shade(core)
-    assert core.engine.limit == 20
+    assert core.engine.limit(small) == 20
+    core.seconds = None
+    assert core.engine.limit(Target(8, 5)) == 5 < core.engine.limit(Target(640, 360))
 
 
 def test_the_stop_button(core: Core, edit: Edit) -> None:

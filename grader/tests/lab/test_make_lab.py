@@ -44,6 +44,9 @@ def test_nothing_of_the_person_is_touched(tmp_path: Path, monkeypatch: pytest.Mo
     notifications = tmp_path / "settings/@jupyterlab/apputils-extension"
     content = json.loads((notifications / "notification.jupyterlab-settings").read_text("utf-8"))
     assert content == {"checkForUpdates": False, "fetchNews": "false"}
+    manager = tmp_path / "settings/@jupyter-widgets/jupyterlab-manager"
+    content = json.loads((manager / "plugin.jupyterlab-settings").read_text("utf-8"))
+    assert content == {"saveState": True}  # widgets are there the next day
 
 
 @pytest.mark.parametrize(
