@@ -26,6 +26,10 @@ NAMES = sorted(path.stem for path in (NOTEBOOKS / "fr").glob("*.md"))
 MOST_LINES = 12  # of a cell of code
 OPENING = {"fr": "À vous de prévoir", "en": "Your prediction"}
 FURTHER = {"fr": "## Pour aller plus loin", "en": "## Going further"}
+NUMBERS = re.compile(r"[\d.]*\d")
+HANDOUT = {"fr": "*Dans le sujet : §", "en": "*In the handout: §"}
+BELOW_TITLE = re.compile(r"^## \d\. .*\n\n(.*)", re.MULTILINE)
+CORRECTION = {"fr": "**Correction du sujet.**", "en": "**Correction of the handout.**"}
 CONTRACTS = {"fr": "## Les contrats du TP", "en": "## The contracts of TP"}
 
 
@@ -134,6 +138,32 @@ def test_a_tp_has_its_parts(language: str, tp: int) -> None:
     for exercise in RULES.exercises:
         for function in exercise.functions if exercise.tp == tp else ():
             assert f"`{function}(" in contracts, function
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+@pytest.mark.parametrize("tp", TPS)
+def test_each_part_names_the_handout_s(language: str, tp: int) -> None:
+    """Below its title, the section and the figures that it goes with, in both languages alike."""
+    here, french = (
+        BELOW_TITLE.findall(text_of(each, f"TP{tp}")) for each in (language, LANGUAGES[0])
+    )
+    assert here
+    assert all(each.startswith(HANDOUT[language]) for each in here), here
+    assert [*map(NUMBERS.findall, here)] == [*map(NUMBERS.findall, french)]
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_the_handout_s_corrections_are_marked_and_listed(language: str) -> None:
+    """As often in a notebook as in the lecturer's list, in both languages."""
+    page = (ROOT / "INSTRUCTORS.md").read_text(encoding="utf-8")
+    table = page.partition("## Where the handout errs")[2].partition("\n## ")[0]
+    listed = re.findall(r"\| (TP\d) \|$", table, re.MULTILINE)
+    found = {
+        name: text_of(language, name).count(CORRECTION[language])
+        for name in (f"TP{tp}" for tp in TPS)
+    }
+    assert found == {name: listed.count(name) for name in found}
+    assert len(listed) == 6
 
 
 @pytest.mark.parametrize("name", NAMES)
