@@ -38,11 +38,27 @@ def random_numbers(seed: int, *shape: int) -> list[list[float]]:
     return rows
 
 
+@pytest.mark.check("tp1.fill_red.color")
+def test_fill_red_color(student: Student) -> None:
+    """The picture is red, but for a few pixels."""
+    for canvas in canvases(student):
+        canvas.draw("fill_red", canvas.noise()).expect_nearly(shapes.flat(canvas.size, RED))
+
+
 @pytest.mark.check("tp1.fill_red.every_pixel")
 def test_fill_red_every_pixel(student: Student) -> None:
     """Every pixel is red."""
     for canvas in canvases(student):
         canvas.draw("fill_red", canvas.noise()).expect(shapes.flat(canvas.size, RED))
+
+
+@pytest.mark.check("tp1.fill_color.color")
+def test_fill_color_color(student: Student) -> None:
+    """The picture takes the colour that is given, but for a few pixels."""
+    for canvas in canvases(student):
+        for c in [[0.25, 0.5, 0.75], *random_numbers(2, 3, 3)]:
+            drawing = canvas.draw("fill", canvas.noise(), c=c)
+            drawing.expect_nearly(shapes.flat(canvas.size, c))
 
 
 @pytest.mark.check("tp1.fill_color.every_pixel")
@@ -58,7 +74,8 @@ def test_fill_color_as_it_is(student: Student) -> None:
     """A colour is copied as it is, even where it is not between 0 and 1."""
     for canvas in canvases(student):
         c = [1.5, -0.25, 2]
-        canvas.draw("fill", canvas.noise(), c=c).expect(shapes.flat(canvas.size, c))
+        drawing = canvas.draw("fill", canvas.noise(), c=c)
+        drawing.expect_where_drawn(shapes.flat(canvas.size, c))
 
 
 @pytest.mark.check("tp1.horizontal_gradient.direction")

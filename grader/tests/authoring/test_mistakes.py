@@ -110,8 +110,8 @@ PATCH = """\
 def test_a_mistake_is_added_by_a_patch_and_an_entry(tmp_path: Path, cache: Path) -> None:
     """What the patch changes is found by its text, wherever it stands; the bank then knows it."""
     (tmp_path / "white.patch").write_text(PATCH, encoding="utf-8")
-    checks = '["tp1.fill_color.every_pixel", "tp1.fill_color.as_it_is"]'
-    entry = f'[mistake.white]\nexercise = "TP1.2"\nworth = "all"\nshows = {checks}\n'
+    checks = ", ".join(f'"tp1.fill_color.{name}"' for name in ("color", "every_pixel", "as_it_is"))
+    entry = f'[mistake.white]\nexercise = "TP1.2"\nworth = "all"\nshows = [{checks}]\n'
     entry = f"[worth]\nall = [0.4, 1]\n{entry}"
     (tmp_path / "mistakes.toml").write_text(entry, encoding="utf-8")
     (white,) = mistakes.load(tmp_path)

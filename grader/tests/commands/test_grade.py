@@ -118,10 +118,10 @@ def test_common_mistakes_lose_their_own_points(grade: Grade, submission: Write) 
     )
     points = full_points()
     lost = {
+        "fill_red.color",
         "fill_red.every_pixel",
         "fill_color.every_pixel",
         "horizontal_gradient.direction",
-        "fill_color.as_it_is",
         "fill_rect.corner_order",
         "fill_circle.rim",
     }
@@ -224,7 +224,7 @@ def test_a_missing_function_fails_alone(grade: Grade, submission: Write) -> None
         main.read_text(encoding="utf-8").replace("void fill_red(", "void paint("), "utf-8"
     )
     done = grade(folder)
-    assert set(full_points()) - set(done.points()) == {"fill_red.every_pixel"}
+    assert set(full_points()) - set(done.points()) == {"fill_red.color", "fill_red.every_pixel"}
     assert "La fonction fill_red est introuvable" in done.out
 
 
@@ -331,6 +331,7 @@ def test_without_sanitizers_the_grading_goes_on(
     # Nobody, as who a sandbox compiles when root asks, cannot read a test's folder.
     done = grade(folder, "--isolation", "portable", CC=str(compiler))
     assert set(full_points()) - set(done.points()) == {
+        "fill_color.color",
         "fill_color.every_pixel",
         "fill_color.as_it_is",
     }
