@@ -39,6 +39,7 @@ SYMBOLS = {
     Outcome.ERROR: "?",
 }
 _CALM = (Outcome.TODO, Outcome.BLOCKED)
+_NOTHING_TO_DO = (Outcome.PASSED, Outcome.BLOCKED)
 HINTS = (2, 3)
 
 
@@ -108,19 +109,21 @@ def check(*exercises: str) -> Checked:
     The files are judged as they are saved. Raises Stopped, for an exercise that does not exist too.
     """
     judged = [JUDGE.judge(_exercise(each)) for each in exercises]
-    after = next_step(record.known()) if all(map(_is_right, judged)) else []
-    whole = stack([*(shown(each) for each in judged), *after])
+    whole = stack([*(shown(each) for each in judged), *_after(judged)])
     pixels = tuple(pixel for each in judged for pixel in _pixels(each.checks)[:1])
     return Checked(whole.html, whole.text, pixels)
 
 
-def _is_right(judged: Judged) -> bool:
-    return judged.result.outcome is Outcome.PASSED
+def _after(judged: Sequence[Judged]) -> list[Shown]:
+    """Return what comes next, unless something is wrong or to do, which the cards say."""
+    if not all(each.result.outcome in _NOTHING_TO_DO for each in judged):
+        return []
+    waits_for = [name for each in judged for check in each.checks for name in check.waits_for]
+    return next_step(record.after(record.known(), judged[-1].result.id, waits_for))
 
 
-def next_step(rows: Sequence[record.Known]) -> list[Shown]:
-    """Return what to work on now, and the notebook where it is told; nothing when all is right."""
-    exercise = record.following(rows)
+def next_step(exercise: Exercise | None) -> list[Shown]:
+    """Return what to work on now, and the notebook where it is told; None: all is right."""
     if exercise is None:
         return [note(say("all_right"), "good")]
     names = {"id": exercise.id, "function": exercise.functions[0], "file": exercise.file}

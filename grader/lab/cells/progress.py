@@ -28,7 +28,7 @@ def progress() -> Shown:
     found = record.known()
     heads = [say(f"column.{name}") for name in ("id", "function", "title", "outcome", "points")]
     rows = table([*heads, say("column.when")], [_row(each) for each in found])
-    return stack([rows, _line(_by_tp(found)), *next_step(found)])
+    return stack([rows, _line(_by_tp(found)), *next_step(record.following(found))])
 
 
 def _row(known: record.Known) -> list[Shown | str]:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from typing import Any
@@ -71,12 +71,34 @@ def _latest(exercise: Exercise, check: Any, row: Any, at: float) -> Known:
 def following(rows: Iterable[Known]) -> Exercise | None:
     """Return the exercise to work on: what is wrong, then what is to do, bonuses last.
 
-    What waits for another one comes when nothing else is left.
+    What was never looked at comes after that, and last what waits for another one.
     """
 
-    def order(each: Known) -> tuple[bool, bool, bool]:
+    def order(each: Known) -> tuple[bool, bool, bool, bool]:
         unwritten = each.outcome in (None, Outcome.TODO)
-        return each.outcome is Outcome.BLOCKED, unwritten, each.exercise.bonus
+        waits = each.outcome is Outcome.BLOCKED
+        return waits, unwritten, each.exercise.bonus, each.outcome is None
 
-    left = [each for each in rows if each.outcome is not Outcome.PASSED]
+    left = _left(rows)
     return min(left, key=order).exercise if left else None
+
+
+def after(rows: Sequence[Known], name: str, waits_for: Iterable[str] = ()) -> Exercise | None:
+    """Return the exercise to work on behind one that is right, or that waits for others.
+
+    Onwards from there; but what it waits for comes first where that stands before it. What was
+    left behind, and bonuses, come last.
+    """
+    places = {each.exercise.id: number for number, each in enumerate(rows)}
+    before = [each for each in waits_for if places.get(each, len(rows)) < places[name]]
+
+    def order(each: Known) -> tuple[bool, bool, bool]:
+        own = each.exercise
+        return own.id not in before, own.bonus, places[own.id] < places[name]
+
+    left = [each for each in _left(rows) if each.exercise.id != name]
+    return min(left, key=order).exercise if left else None
+
+
+def _left(rows: Iterable[Known]) -> list[Known]:
+    return [each for each in rows if each.outcome is not Outcome.PASSED]

@@ -113,8 +113,8 @@ def test_a_damaged_record_is_as_good_as_none(outputs: Path, content: str) -> Non
 
 
 def test_what_comes_next_is_said_after_a_check_that_passes(folder: Path, edit: Edit) -> None:
-    """Not after one that fails, which says what to look at."""
-    assert "Next step: TP1.1, the function fill_red" in check("TP1.2").text
+    """Onwards from there; not after one that fails, which says what to look at."""
+    assert "Next step: TP1.3, the function horizontal_gradient" in check("TP1.2").text
     edit("main.c", "void fill_red(color *img) {", "void fill_red(color *img) { return;")
     assert "Next step" not in check("TP1.1").text
 
@@ -135,6 +135,25 @@ def test_the_next_step_is_the_first_that_is_wrong() -> None:
         order.append(following.id)
         states[following.id] = "passed"
     assert order == ["TP2.4", "TP3.1", "TP2.2", "TP4.1", "TP2.B1"]
+
+
+@pytest.mark.parametrize(
+    ("name", "waits_for", "then"),
+    [
+        ("TP2.2", ["TP2.6"], "TP2.3"),  # onwards: that comes later
+        ("TP2.5", ["TP2.1"], "TP2.1"),  # what is missing before it
+        ("TP2.6", [], "TP3.1"),
+        ("TP5.3", [], "TP1.1"),  # then what was left behind
+    ],
+)
+def test_what_comes_after(name: str, waits_for: list[str], then: str) -> None:
+    """Of a course of which nothing is done, behind an exercise that is right or waits."""
+    rows = [record.Known(each) for each in exercises.load().exercises if each.checks]
+    found = record.after(rows, name, waits_for)
+    assert found is not None
+    assert found.id == then
+    done = [record.Known(each.exercise, Outcome.PASSED) for each in rows]
+    assert record.after(done, name) is None
 
 
 def test_the_help_card_has_the_last_change_when_only_checks_ran(folder: Path, edit: Edit) -> None:
