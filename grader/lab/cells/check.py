@@ -204,7 +204,7 @@ def explained(result: CheckResult) -> Shown:
     inside = "".join(f"<p>{escape(line)}</p>" for line in lines)
     for level in HINTS:
         hint = texts().get(f"hint.{result.id}.{level}") if result.hint else ""
-        inside += fold(say("hint", level=level), f"<p>{escape(hint)}</p>") if hint else ""
+        inside += fold(say(f"hint.{level}"), f"<p>{escape(hint)}</p>") if hint else ""
     if result.output:
         inside += escape(texts().say("report.printed")) + code(result.output)
     if result.reproducer:

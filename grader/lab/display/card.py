@@ -22,7 +22,10 @@ _PRE = (
 
 
 # A word of the language: neither a symbol (t, d.n, max_depth) nor a value of C's.
-_WORD = re.compile(r"(?!true\b|false\b|out->)[^\W\d_A-Z]{3,}(?![\w.(=])")
+_LETTER = r"[^\W\d_A-Z]"
+_WORD = re.compile(
+    rf"(?!true\b|false\b|out->){_LETTER}{{2}}(?:{_LETTER}+(?![\w.(=])| [^\W\d_]{{2}})"
+)
 
 
 @dataclass(frozen=True)

@@ -73,7 +73,7 @@ def test_a_wrong_exercise_has_a_question_and_hints_to_unfold(
     assert "TP1.1 fill_red: to review, 0 / 2" in shown.text
     assert "pixel (0, 0)" in shown.text
     assert shown.html.count("<details>") >= 2
-    assert "Hint 2" in shown.html
+    assert "A more direct hint" in shown.html
     core.vector_norm((0, 0, 0))
     card = help_card().text
     assert "void fill_red(color *img) { return;" in card
@@ -403,8 +403,12 @@ def test_a_slider_writes_numbers_as_the_language(monkeypatch: pytest.MonkeyPatch
     [
         ("écart à la surface", "Écart à la surface"),
         ("distance t", "Distance t"),
+        ("la vôtre", "La vôtre"),
         ("longueur de out->dir : 1", "Longueur de out->dir : 1"),
-        *((each, each) for each in ("t = 3", "d.n = 0", "max_depth = 2", "in_shadow : true")),
+        *(
+            (each, each)
+            for each in ("t = 3", "kr = 0", "d.n = 0", "max_depth = 2", "in_shadow : true")
+        ),
         *((each, each) for each in ("true, un objet", "./mrt 4", "f(t)", "Scène 0", "", "(0, 1)")),
     ],
 )
