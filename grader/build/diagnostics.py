@@ -15,7 +15,10 @@ _INCLUDED = re.compile(r"(In file included from|\s+from) ")
 _INSIDE = re.compile(r"([\w.-]+): (?:In function [‘'`](\w+)|At top level|In file scope)")
 _DUPLICATE = re.compile(r"multiple definition of [`'‘](\w+)['’]")
 CHANGED = "build.changed_signature"
+# A number, or an expression of some, with a semicolon too many.
+_CONSTANT = re.compile(r"\s*#\s*define\s+(\w+)\s+[\w.+\-*/ ()]+;\s*(?:/[/*].*)?$")
 _GUTTER = re.compile(r" *\d+ \| ?")
+_CARET = re.compile(r" +(?:\| *)?[~^]")
 
 
 @dataclass(frozen=True)
@@ -46,6 +49,41 @@ class Diagnostic:
 def read(text: str) -> list[Diagnostic]:
     """Return the errors and warnings of a compiler's output, in its order."""
     return [_diagnostic(lines, function) for lines, function in _groups(text)]
+
+
+def with_macros(text: str, sources: Mapping[str, bytes]) -> str:
+    """Return a compiler's output with a note where a line in error uses a constant that ends in ;.
+
+    The compiler shows the definition only where the error is inside it. `sources` are files.
+    """
+    if not (found := _constants(sources)):
+        return text
+    told: list[str] = []
+    waiting: list[str] = []
+    is_error = False
+    for line in text.splitlines(keepends=True):
+        if not _CARET.match(line):
+            told += waiting
+            waiting = []
+        told.append(line)
+        if head := _HEAD.match(line[:MAX_LINE]):
+            is_error = "error" in head[4]
+        elif is_error:  # the line of the source
+            words = re.findall(r"\w+", line[:MAX_LINE])
+            waiting, is_error = [found[name] for name in found if name in words], False
+    told += waiting
+    return "".join(told)
+
+
+def _constants(sources: Mapping[str, bytes]) -> dict[str, str]:
+    """Return notes on the constants whose definition ends in a semicolon, by their names."""
+    found = {}
+    for name, content in sources.items():
+        for number, line in enumerate(content.decode(errors="replace").splitlines(), 1):
+            if define := _CONSTANT.match(line[:MAX_LINE]):
+                note = f"{name}:{number}: note: in definition of macro ‘{define[1]}’"
+                found[define[1]] = f"{note}\n{number:5} | {line[:MAX_LINE]}\n"
+    return found
 
 
 def errors(text: str) -> list[Diagnostic]:

@@ -36,7 +36,7 @@ _STORAGE = re.compile(r"invalid storage class for function")
 _STRAY = re.compile(r"stray [‘']|unexpected character|not allowed in an identifier|extended char")
 _POINT = re.compile(r"<U\+([0-9A-F]{4,6})>")
 _BLANKS = frozenset("\u00a0\u2007\u2009\u200b\u202f\u3000\ufeff")
-_MACRO = re.compile(r"#\s*define\s+(\w+)\b.*;\s*$")
+_MACRO = re.compile(r"#\s*define\s+(\w+)\b.*;\s*(?:/[/*].*)?$")
 # What makes the rest of a line incomprehensible, and what may be the effect of any other error.
 SPOILS = frozenset(
     ("build.stray", "build.blank", "build.semicolon", "build.bracket", "build.unknown_type")

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping, MutableMapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from grader.build import sanitizer_guard, toolchain
+from grader.build import diagnostics, sanitizer_guard, toolchain
 from grader.build.compiler_run import BuildError, make
 from grader.build.declarations import declared
 from grader.build.records import Binding, BuildResult, BuildStatus, Function, Target
@@ -93,12 +93,14 @@ class TargetBuild:
         if known := self.slow.get((self.sources, name)):
             return known
         done = self._compile(self.sources / name, name, language)
-        if done.errors or name not in self.own():
+        if name in exercises.load().given:
             return done
-        texts = {
-            path.name: path.read_bytes() for path in (self.sources / name, *self._own_headers())
-        }
-        return replace(done, errors=sanitizer_guard.in_text(texts))
+        paths = {path.name: path for path in (self.sources / name, *self._own_headers())}
+        texts = {each: path.read_bytes() for each, path in paths.items()}
+        if done.errors:
+            return replace(done, errors=diagnostics.with_macros(done.errors, texts))
+        # A header by itself is compiled to be told of; what includes it is looked at.
+        return replace(done, errors=sanitizer_guard.in_text(texts)) if name in self.own() else done
 
     def own(self) -> list[str]:
         """Return the names of the files to compile that are not given."""

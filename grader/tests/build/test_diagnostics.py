@@ -154,6 +154,23 @@ def test_an_error_is_told_by_its_cause_alone(change: tuple[str, str], tmp_path: 
     assert all(each.place != found[0].place for each in found[1:])
 
 
+@pytest.mark.parametrize("compiler", COMPILERS)
+@pytest.mark.parametrize("comment", ["", " // a half", " /* a half */"])
+def test_a_constant_with_a_semicolon_is_told_where_it_is_used(
+    compiler: str, comment: str, tmp_path: Path
+) -> None:
+    """The error is behind it: the compiler has nothing to say against its definition."""
+    header = f"#define HALF 0.5f;{comment}\n#define RETURN(x) return x;\n".encode()
+    (tmp_path / "mine.h").write_bytes(header)
+    source = '#include "mine.h"\nfloat f(float x) { x = x * HALF * 2.f; RETURN(x) }\n'
+    output = said(source, compiler, tmp_path)
+    assert diagnostics.with_macros(output, {}) == output
+    found = diagnostics.errors(diagnostics.with_macros(output, {"mine.h": header}))
+    assert [each.meaning() for each in found] == [
+        Message("build.macro_semicolon", {"name": "HALF"})
+    ]
+
+
 def test_clangs_words_for_a_stray_character_are_known(tmp_path: Path) -> None:
     """It names the character by its number."""
     source = solution()["raytracer.c"].replace("object_count; k++", "object_count \u2212 0; k++")
