@@ -30,6 +30,7 @@ ANNOTATIONS = ("editor", "github")  # grader.report.at_lines.FORMS, which loads 
 OTHERS = {
     "batch": ("grader.batch.command", "batch.description"),
     "classroom": ("grader.authoring.forge", "forge.description"),
+    "gradescope": ("grader.authoring.gradescope", "gradescope.description"),
     "oral": ("grader.authoring.oral", "oral.description"),
     "purge": ("grader.batch.purge", "purge.description"),
     "release": ("grader.authoring.release", "release.description"),
