@@ -80,7 +80,7 @@ def breaks_and_mends(session: BrowserSession) -> None:
     session.told(figure, "in intersect_sphere (raytracer.c:")
     show(session, figure, "lab-crash")
     session.run(session.cell(CHECK))  # the kernel lives: what stands behind works
-    session.told(session.cell(CHECK), "✓ TP2.6")
+    session.told(session.cell(CHECK), "look there")  # alone, it blames nobody else for certain
 
 
 def show(session: BrowserSession, cell: int, name: str) -> None:
