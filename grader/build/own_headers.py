@@ -36,8 +36,10 @@ def _without(text: str, line: int, name: str) -> str | None:
     if not name or not 0 < line <= len(lines):
         return None
     start = len("".join(lines[: line - 1]))
-    found = re.compile(rf"\b{name}\s*\([^;{{}}#]*\)[^;{{}}#]*;").search(text, start)
-    if found is None or found.start() > start + len(lines[line - 1]):
+    # Bounded, since a text may hold thousands that are never closed.
+    declared = re.compile(rf"\b{name}\s*\([^;{{}}#]{{0,2000}};")
+    found = declared.search(text, start)
+    if found is None or ")" not in found[0] or found.start() > start + len(lines[line - 1]):
         return None
     begin = max(text.rfind(each, start, found.start()) for each in _ENDS) + 1 or start
     gone = re.sub(r"[^\n\r]", " ", text[begin : found.end()])

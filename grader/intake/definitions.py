@@ -10,6 +10,9 @@ from grader.course import exercises
 from grader.setup import c_text
 
 
+_BRACE = re.compile(r"[{}]")
+
+
 @dataclass(frozen=True)
 class Definition:
     """Where a function is: its file, its first line (from 1), its text."""
@@ -39,12 +42,21 @@ def _order(function: str, files: Mapping[str, str]) -> Iterator[str]:
 def _span(text: str, function: str) -> tuple[int, int] | None:
     """Return where a definition begins and ends; braces in comments and strings do not count."""
     bare = c_text.blanked(text)
-    # Before the name only words and stars, a type: a call inside an if (...) { is no definition.
-    head = re.compile(rf"^[\w \t*]*\b{re.escape(function)}\s*\([^;{{}}]*\)\s*\{{", re.MULTILINE)
-    for match in head.finditer(bare):
-        depth = 0
-        for k in range(match.end() - 1, len(bare)):
-            depth += {"{": 1, "}": -1}.get(bare[k], 0)
-            if depth == 0:
-                return match.start(), k + 1
+    if (head := _head(function).search(bare)) is None:
+        return None
+    depth = 0
+    for brace in _BRACE.finditer(bare, head.end() - 1):
+        depth += 1 if brace[0] == "{" else -1
+        if depth == 0:
+            return head.start(), brace.end()
     return None
+
+
+def _head(function: str) -> re.Pattern[str]:
+    """Return what a definition begins with.
+
+    Before the name only words and stars, a type: a call inside an if (...) { is no definition. What
+    is between the parentheses is bounded, since a text may hold thousands that are never closed.
+    """
+    name = re.escape(function)
+    return re.compile(rf"^[\w \t*]{{0,200}}\b{name}\s*\([^;{{}}]{{0,1000}}\)\s*\{{", re.MULTILINE)

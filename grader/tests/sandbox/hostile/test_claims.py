@@ -53,6 +53,10 @@ HELD = {
         *("test_hostile.py::test_a_hostile_program_gets_nowhere", "test_secrets.py::test_running"),
         *("test_secrets.py::test_compiling", "test_scanner.py::test_nothing_of_the_solution"),
     ),
+    "answers known by heart": (
+        *("test_fresh_inputs.py::test_the_real_ones", "test_fresh_inputs.py::test_the_seed_is"),
+        "test_fresh_inputs.py::test_who_is_right_on_the_archive_alone",
+    ),
     "forging a mark": (
         "test_nothing_expected_is_sent.py::test_what_is_wrong",
         "test_hostile.py::test_what_acts_while_loading_gains_nothing",

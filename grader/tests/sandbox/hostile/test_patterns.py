@@ -14,11 +14,11 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from grader.batch import moodle_archive
-from grader.build import compiler_run, diagnostics, sanitizer_guard
+from grader.build import compiler_run, diagnostics, own_headers, sanitizer_guard
 from grader.course.exercises import PACKAGE, ROOT
 from grader.execution import crash_location, death_messages, session_report
 from grader.execution.records import Cause, Death
-from grader.intake import authors, file_names, originals
+from grader.intake import authors, definitions, file_names, originals
 from grader.report.page import markup
 from grader.setup import folding
 
@@ -32,6 +32,7 @@ PIECES = (
     *("no member named ‘", "from ", "'", '"', '\\"', "/*", "*/", "//", "#if 0 /*", "__asan_", "\\"),
     *("Nom : ", "groupe", "groupe:", "1", "1 ", "12345", ",", "\t", "Nom", "_1_assignsubmission_"),
     *("False positive error reports may follow", "For details see https://github.com/google/"),
+    *("shade(", "shade(\n", "shade(){\n", "shade())", "shade(){}", "#define a 1 "),
     *("==1==ERROR: AddressSanitizer: ", "AddressSanitizer failed to allocate 0x", "« ", "make a "),
 )
 
@@ -58,7 +59,8 @@ READERS: dict[str, tuple[int, Callable[[str], object]]] = {
             for cause in (Cause.SIGNAL, Cause.LOAD)
         ],
     ),
-    "_HEAD _QUOTED _INCLUDED _INSIDE _GUTTER _NAMED _STORAGE _STRAY _POINT _MACRO _OPTION": (
+    "_HEAD _QUOTED _INCLUDED _INSIDE _GUTTER _NAMED _STORAGE _STRAY _POINT _MACRO _OPTION _CARET"
+    " _CONSTANT": (
         100_000,
         lambda text: [
             (each.meaning(), diagnostics.errors(said), diagnostics.advice(said))
@@ -76,6 +78,8 @@ READERS: dict[str, tuple[int, Callable[[str], object]]] = {
             sanitizer_guard.in_symbols("a.c", [text]),
         ),
     ),
+    "_BRACE": (SOURCE, lambda text: definitions.find("shade", {"a.c": text})),
+    "declared": (SOURCE, lambda text: own_headers._without(text, 1, "shade")),
     "_COMMENT": (SOURCE, lambda text: originals.is_same(text.encode(), b"")),
     "_GROUP _LABEL _NUMBER _SEPARATOR _INVISIBLE": (
         authors.MAX_BYTES,
@@ -90,7 +94,7 @@ READERS: dict[str, tuple[int, Callable[[str], object]]] = {
 # Of text that is our own.
 OURS = {
     *("_SECONDS", "_LINEMARKER", "_DEFINE", "_EXPRESSION", "_IDENTIFIER", "_CHANGED", "_PRODUCT"),
-    *("_IMAGE", "_UNWRITABLE", "_SANE_NAME"),
+    *("_IMAGE", "_UNWRITABLE", "_SANE_NAME", "_ADVICE"),
 }
 
 

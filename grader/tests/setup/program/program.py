@@ -22,7 +22,7 @@ Done = subprocess.CompletedProcess[str]
 
 
 def run(command: Sequence[object], folder: Path, settings: Mapping[str, str] | None = None) -> Done:
-    """Run a command in a folder, at most a minute; its messages are in English unless asked."""
+    """Run a command in a folder; its messages are in English unless asked."""
     # Leaks are valgrind's part: AddressSanitizer's own search does not run in every container.
     usual = {"LC_ALL": "C", "MRT_LANG": "en", "ASAN_OPTIONS": "detect_leaks=0"}
     return subprocess.run(
@@ -33,7 +33,7 @@ def run(command: Sequence[object], folder: Path, settings: Mapping[str, str] | N
         capture_output=True,
         encoding="utf-8",
         errors="replace",
-        timeout=60,
+        timeout=300,  # a back-stop, on a busy machine too
         check=False,
     )
 
