@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from grader.course import exercises
 from grader.setup import c_text
 
-
 _BRACE = re.compile(r"[{}]")
 
 
