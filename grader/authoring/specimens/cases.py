@@ -28,6 +28,7 @@ class Case:
     loses: Mapping[str, Range] = field(default_factory=dict)  # shares, by exercise: least and most
     named: tuple[str, ...] = ()  # known mistakes; none: it is named as none
     earns: float | None = None  # of what is no work: points at most, whatever it loses
+    unmet: str = ""  # what the grader does instead, where it does not do that yet
 
     def files(self) -> dict[str, str]:
         """Return its files. Raises PatchError."""
@@ -49,6 +50,7 @@ def load(path: Path = FOLDER / "cases.toml") -> tuple[Case, ...]:
                 loses={exercise: span(each) for exercise, each in row.get("loses", {}).items()},
                 named=tuple(row.get("named", ())),
                 earns=row.get("earns"),
+                unmet=row.get("unmet", ""),
             )
             for name, row in read_toml(path)["case"].items()
         )

@@ -30,9 +30,13 @@ def test_every_patch_has_an_entry() -> None:
 
 @pytest.mark.parametrize("name", sampled(CASES, SAMPLE))
 def test_a_program_from_outside_has_a_fair_mark(name: str, cache: Path) -> None:
-    """It loses where it is wrong, what a teacher takes off, and is not told to be another one."""
+    """It loses where it is wrong, what a teacher takes off, and is not told to be another one.
+
+    Where the list says that this is not met yet, it still is not: whoever mends it is told.
+    """
     program = Program(name, CASES[name].files())
-    assert proof.faults(CASES[name], Grade(program.results(cache))) == []
+    faults = proof.faults(CASES[name], Grade(program.results(cache)))
+    assert bool(faults) == bool(CASES[name].unmet), faults
 
 
 def grade(points: dict[str, float], *named: str) -> Grade:
