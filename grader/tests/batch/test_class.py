@@ -178,6 +178,7 @@ def test_a_batch_that_is_killed_goes_on(
     whole = batch(few, top / "whole")
     assert whole.status == 0
     command = [sys.executable, "-m", "grader", "batch", str(few), "--out", str(top / "killed")]
+    command.append("--public")
     process = subprocess.Popen(
         [*command, "--jobs", "1"],
         cwd=ROOT,
