@@ -130,8 +130,12 @@ def _warnings(result: BuildResult) -> Iterator[str]:
 
 
 def _advice(builds: Sequence[BuildResult]) -> list[Message]:
-    """Return what the warnings of all the builds mean, where that is known."""
-    return diagnostics.advice("\n".join(line for each in builds for line in each.warnings))
+    """Return what the warnings of all the builds mean, where that is known.
+
+    A function that is not used comes last: it tells of work to do more often than of a mistake.
+    """
+    found = diagnostics.advice("\n".join(line for each in builds for line in each.warnings))
+    return sorted(found, key=lambda each: each.key == "advice.unused_function")
 
 
 def _error(error: Diagnostic, texts: Texts) -> dict[str, Any]:

@@ -14,7 +14,7 @@ import pytest
 
 from grader import commands
 from grader.build import toolchain
-from grader.build.records import Target
+from grader.build.records import BuildResult, BuildStatus, Target
 from grader.build.toolchain import Compiler
 from grader.checking import expected_data
 from grader.console.run import ExitCode
@@ -24,7 +24,7 @@ from grader.course.message import Message
 from grader.course.texts import LANGUAGES, Texts
 from grader.evaluation.grading import grade
 from grader.evaluation.records import Finding, Outcome
-from grader.report import junit
+from grader.report import junit, results
 from grader.tests.support.outputs import outputs
 from grader.tests.support.reports import HOSTILE, PNG, every_outcome
 
@@ -121,6 +121,21 @@ def test_compiler_messages_come_with_their_meaning() -> None:
     assert build["warnings"] == ["main.c:9:1: warning: unused variable ‘y’ [-Wunused-variable]"]
     (english,) = every_outcome("en")["build"]["errors"]
     assert english["meaning"].startswith("A semicolon is probably missing")
+
+
+def test_a_function_that_is_not_used_is_told_last() -> None:
+    """Who has stubs left has many of them: a value that is not set must not be lost among these."""
+    warnings = (
+        "main.c:3:12: warning: ‘f’ defined but not used [-Wunused-function]",
+        "main.c:9:5: warning: ‘x’ is used uninitialized [-Wuninitialized]",
+        "main.c:12:9: warning: unused variable ‘y’ [-Wunused-variable]",
+    )
+    build = BuildResult(BuildStatus.BUILT, Target(96, 64), warnings=warnings)
+    assert [each.key for each in results._advice([build])] == [
+        "advice.unset",
+        "advice.unused_variable",
+        "advice.unused_function",
+    ]
 
 
 def test_junit_has_a_case_per_check() -> None:
