@@ -142,19 +142,21 @@ class _Judge:
         if finding.alone or is_beside(finding):
             return set()
         allowed = self._rules.waited_for(check)
+        wrong = (allowed | {*check.blames}) & self._wrong.keys()
         if finding.outcome in _ENDED:
-            return self._enders(finding, check, allowed & self._wrong.keys())
+            return self._enders(finding, check, wrong)
         # A marker counts that was met here, of an exercise that is not right all the same.
         missing = {each for each in finding.todo if each not in self._asked - self.unwritten}
-        return set(allowed & missing) | {*{*allowed, *check.blames} & self._wrong.keys()}
+        return set(allowed & missing | wrong)
 
     def _enders(self, finding: Finding, check: Check, wrong: Collection[str]) -> set[str]:
         """Return the exercises, of those that are wrong, in which code did not come back.
 
-        Of a crash, the function of an exercise that is nearest to it; a loop goes through others,
-        so there any of the calls. Where no call is known, exercises that end so themselves. A
-        function that crashes when it is judged by itself is to be looked at first wherever it is
-        called: also one that comes later, as octree_free, which every change of scene calls.
+        Of a crash, the function of an exercise that is nearest to it; a loop, and calls without
+        end, go through others, so there any of the calls. Where no call is known, exercises that
+        end so themselves. A function that crashes when it is judged by itself is to be looked at
+        first wherever it is called: also one that comes later, as octree_free, which every change
+        of scene calls.
         """
         if (nearest := self._nearest(finding)) in self._deadly - {check.exercise}:
             return {nearest}
@@ -164,7 +166,7 @@ class _Judge:
             name: {each for each in wrong if name in self._rules.exercise(each).functions}
             for name in names
         }
-        if finding.outcome is Outcome.TIMEOUT:
+        if finding.outcome is Outcome.TIMEOUT or _is_recursion(finding):
             found = set[str]().union(*callers.values())
         else:
             found = next((callers[each] for each in names if callers[each] or each in own), set())
@@ -190,3 +192,7 @@ def _calls(finding: Finding) -> list[str]:
     """Return the functions that were being called when code did not come back, the last first."""
     calls = finding.message.values.get("calls") if finding.message else None
     return [name for name, _ in calls] if isinstance(calls, Sequence) else []
+
+
+def _is_recursion(finding: Finding) -> bool:
+    return finding.message is not None and finding.message.key == "death.recursion"

@@ -160,6 +160,20 @@ def test_a_function_that_crashes_by_itself_is_looked_at_first_wherever_it_is_cal
     assert judged(traced)[TRACED][0] == "crashed"  # no check of the octree was asked for
 
 
+def test_calls_without_end_are_those_of_the_function_that_is_wrong() -> None:
+    """A mirror that traces the ray that arrives: trace_ray, which it calls, waits for it."""
+    calls = [("direct_light", ""), ("trace_ray", ""), ("mirror_color", ""), ("trace_ray", "")]
+    values: dict[str, object] = {"call": "f()", "calls": calls, "again": "trace_ray"}
+    endless = Message("death.recursion", values)
+    lit = replace(finding("tp2.trace_ray.lit", Outcome.CRASHED), message=endless)
+    mirror = finding("tp4.mirror_color.object", Outcome.FAILED)
+    checks, _ = grade([lit, mirror], RULES, TEXTS)
+    assert [each.waits_for for each in checks] == [("TP4.3",), ()]
+    assert judged(lit)["tp2.trace_ray.lit"][0] == "crashed"
+    elsewhere = replace(lit, message=Message("death.SIGSEGV", values))
+    assert judged(elsewhere, mirror)["tp2.trace_ray.lit"][0] == "crashed"
+
+
 def test_what_comes_after_a_barred_light_waits_for_in_shadow() -> None:
     """A wrong in_shadow makes neither direct_light nor trace_ray red; as a stub it excuses none."""
     barred, lit = "tp3.direct_light.barred", "tp2.trace_ray.lit"
