@@ -75,11 +75,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     try:
         language = options.comments or settings.load().language
-        files = collect(ROOT, language)
-        verify(files, ROOT, language)
-        verify_history(files, ROOT)
+        files = handed_out(ROOT, language)
         content = packed(files)
-        _write(options.out, content)
+        write(options.out, content)
     except GraderError as error:
         return complain(error.sentence(texts), 1)
     size = texts.number(round(len(content) / 1e6, 1))
@@ -90,6 +88,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
 # ---- What goes in -------------------------------------------------------------------------------
 
 
+def handed_out(root: Path, language: str = SOURCE) -> dict[str, bytes]:
+    """Return the files of the archive, once they are seen to be fit for it. Raises ReleaseError."""
+    files = collect(root, language)
+    verify(files, root, language)
+    verify_history(files, root)
+    return files
+
+
 def collect(root: Path, language: str = SOURCE) -> dict[str, bytes]:
     """Return the files of the archive by path, the record too. Raises ReleaseError.
 
@@ -98,9 +104,9 @@ def collect(root: Path, language: str = SOURCE) -> dict[str, bytes]:
     rules = exercises.load()
     core = [f"core_c/{name}" for name in (*originals.names(), *rules.ungraded, *CORE_FILES)]
     paths = [*core, *WHOLE_FILES, *_listed(root)]
-    files = {path: _read(root, path) for path in paths}
-    files["Makefile"] = student_makefile(_read(root, "Makefile").decode()).encode()
-    files["README.md"] = student_readme(_read(root, "README.md").decode()).encode()
+    files = {path: read(root, path) for path in paths}
+    files["Makefile"] = student_makefile(read(root, "Makefile").decode()).encode()
+    files["README.md"] = student_readme(read(root, "README.md").decode()).encode()
     if language != SOURCE:
         files = translated(files, language)
         files[ORIGINALS] = originals.packed(_handed_out(files))
@@ -162,14 +168,15 @@ def _listed(root: Path) -> Iterator[str]:
                 yield name
 
 
-def _read(root: Path, path: str) -> bytes:
+def read(root: Path, path: str) -> bytes:
+    """Return the content of a file of the project. Raises ReleaseError."""
     try:
         return (root / path).read_bytes()
     except OSError as error:
         raise ReleaseError("release.missing", path=path, error=error.strerror) from error
 
 
-def _git(root: Path, *words: str) -> str:
+def git(root: Path, *words: str) -> str:
     """Return what git says; "" where there is no git, or no history of it here."""
     try:
         done = subprocess.run(
@@ -187,7 +194,7 @@ def _git(root: Path, *words: str) -> str:
 def _date(root: Path) -> int:
     """Return when the sources were last committed: never today's date, which changes the bytes."""
     given = os.environ.get("SOURCE_DATE_EPOCH", "")
-    known = given or (_git(root, "log", "-1", "--format=%ct") if (root / ".git").exists() else "")
+    known = given or (git(root, "log", "-1", "--format=%ct") if (root / ".git").exists() else "")
     return int(known) if known.strip().isdigit() else 0
 
 
@@ -197,7 +204,7 @@ def _date(root: Path) -> int:
 def verify_history(files: Mapping[str, bytes], root: Path) -> None:
     """Raise ReleaseError for a file that git does not know: a trial, or not committed yet."""
     if (root / ".git").exists():
-        unknown = _git(root, "ls-files", "-z", "--others", "--", ".").split("\0")
+        unknown = git(root, "ls-files", "-z", "--others", "--", ".").split("\0")
         for path in sorted({*files} & {*unknown}):
             raise ReleaseError("release.untracked", path=path)
 
@@ -283,7 +290,8 @@ def _json(path: str, content: bytes) -> dict[str, Any]:
     return table
 
 
-def _write(path: Path, content: bytes) -> None:
+def write(path: Path, content: bytes) -> None:
+    """Write an archive whole. Raises ReleaseError."""
     try:
         write_whole(path, content)
     except OSError as error:

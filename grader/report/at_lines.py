@@ -12,15 +12,19 @@ from pathlib import Path
 
 from grader.intake import definitions
 from grader.report.results import Row
+from grader.setup.failing_call import WRONG
 
-_WRONG = ("failed", "crashed", "timeout")
 _ADVICE = re.compile(r"(?P<file>[^\s:]+):(?P<line>\d+) ?: (?P<text>.*)", re.DOTALL)
 
 
 @dataclass(frozen=True)
 class Annotation:
-    """A sentence on a line of a file (from 1); `path` is as the person names it."""
+    """A sentence on a line of a file (from 1); `path` is as the person names it.
 
+    `exercise` is "" when the compiler says it.
+    """
+
+    exercise: str
     path: str
     line: int
     is_error: bool
@@ -69,20 +73,21 @@ def _errors(content: Row, paths: Mapping[str, str]) -> Iterator[Annotation]:
     for each in content["build"]["errors"]:
         if path := paths.get(each["file"]):
             said = each["meaning"] or next(iter(each["lines"]), "")
-            yield Annotation(path, max(each["line"], 1), True, "", said)
+            yield Annotation("", path, max(each["line"], 1), True, "", said)
 
 
 def _failures(content: Row, paths: Mapping[str, str]) -> Iterator[Annotation]:
     files = dict(_read(paths))
     shown: set[str] = set()
     for each in content["checks"]:
-        if each["outcome"] in _WRONG and each["exercise"] not in shown:
+        if each["outcome"] in WRONG and each["exercise"] not in shown:
             shown.add(each["exercise"])
             title = f"{each['exercise']} {each['function']}"
             text = "\n".join(filter(None, (each["message"], each["hint"])))
             place = _place(each, files) or _own_file(each, content)
             if place and place[0] in paths:
-                yield Annotation(paths[place[0]], place[1], True, title, text or each["title"])
+                said = text or each["title"]
+                yield Annotation(each["exercise"], paths[place[0]], place[1], True, title, said)
 
 
 def _place(check: Row, files: Mapping[str, str]) -> tuple[str, int] | None:
@@ -104,7 +109,7 @@ def _warnings(content: Row, paths: Mapping[str, str]) -> Iterator[Annotation]:
     for each in content["build"].get("advice", []):
         found = _ADVICE.fullmatch(each)
         if found and found["file"] in paths:
-            yield Annotation(paths[found["file"]], int(found["line"]), False, "", found["text"])
+            yield Annotation("", paths[found["file"]], int(found["line"]), False, "", found["text"])
 
 
 def _read(paths: Mapping[str, str]) -> Iterator[tuple[str, str]]:

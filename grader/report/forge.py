@@ -19,6 +19,7 @@ from typing import Any
 from grader.console.run import ExitCode, complain
 from grader.course.texts import Texts
 from grader.report import at_lines
+from grader.report.at_lines import Annotation
 from grader.report.results import Row
 from grader.report.summary import Summary
 
@@ -32,10 +33,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     path = Path(words[0] if words else "build/grade/results.json")
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
-        texts = Texts(content["language"])
+        found = at_lines.found_in(content)
         told = {
-            "GITHUB_STEP_SUMMARY": markdown(content, texts),
-            "GITHUB_OUTPUT": f"result={encoded(classroom(content))}",
+            "GITHUB_STEP_SUMMARY": markdown(content, found, Texts(content["language"])),
+            "GITHUB_OUTPUT": f"result={encoded(classroom(content, found))}",
         }
         for variable, text in told.items():
             _tell(os.environ.get(variable, ""), text)
@@ -44,9 +45,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return ExitCode.DONE
 
 
-def classroom(content: Row) -> dict[str, Any]:
+def classroom(content: Row, found: Sequence[Annotation]) -> dict[str, Any]:
     """Return the points of every exercise, as GitHub Classroom's reporter reads them."""
-    places = {each.title.split(" ")[0]: each for each in at_lines.found_in(content)}
+    places = {each.exercise: each for each in found}
     full = content["score"] >= content["max_score"] and not content["incomplete"]
     return {
         "version": VERSION,
@@ -56,7 +57,7 @@ def classroom(content: Row) -> dict[str, Any]:
     }
 
 
-def _test(exercise: Row, place: at_lines.Annotation | None) -> dict[str, Any]:
+def _test(exercise: Row, place: Annotation | None) -> dict[str, Any]:
     status = {"passed": "pass", "error": "error"}.get(exercise["outcome"], "fail")
     return {
         "name": f"{exercise['id']} {exercise['function']} - {exercise['title']}",
@@ -73,7 +74,7 @@ def encoded(points: dict[str, Any]) -> str:
     return base64.b64encode(json.dumps(points).encode()).decode()
 
 
-def markdown(content: Row, texts: Texts) -> str:
+def markdown(content: Row, found: Sequence[Annotation], texts: Texts) -> str:
     """Return the table of the exercises, then what is wrong, for a job's summary."""
     summary = Summary(content, texts)
     totals = [line for line, _ in summary.totals()]
@@ -84,12 +85,16 @@ def markdown(content: Row, texts: Texts) -> str:
         for each in content["exercises"]
     ]
     wrong = [
-        f"- **{_cell(each.title)}** ({_cell(each.path)}:{each.line}) {_cell(each.text)}"
-        for each in at_lines.found_in(content)
+        f"- **{_cell(each.title or each.path)}** ({_place(each)}) {_cell(each.text)}"
+        for each in found
         if each.is_error
     ]
     head = f"| TP | | | | {texts.say('page.points')} |\n|---|---|---|---|---|"
     return "\n".join([*totals, "", head, *rows, "", *wrong, ""])
+
+
+def _place(each: Annotation) -> str:
+    return f"{_cell(each.path)}:{each.line}"
 
 
 def _cell(text: str) -> str:

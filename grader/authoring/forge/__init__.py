@@ -68,9 +68,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def repository(language: str) -> dict[str, bytes]:
     """Return the files of the repository by path. Raises ReleaseError when something may not go."""
-    files = release.collect(ROOT, language)
-    release.verify(files, ROOT, language)
-    release.verify_history(files, ROOT)
+    files = release.handed_out(ROOT, language)
     made = {path: workflow(name, language).encode() for path, name in TEMPLATES.items()}
     return {**files, ".gitignore": (ROOT / ".gitignore").read_bytes(), **made}
 
@@ -99,8 +97,6 @@ def write(folder: Path, files: Mapping[str, bytes]) -> None:
         if folder.exists() and any(folder.iterdir()):
             raise ForgeError("forge.not_empty", path=folder)
         for path, content in files.items():
-            place = folder / path
-            place.parent.mkdir(parents=True, exist_ok=True)
-            write_whole(place, content)
+            write_whole(folder / path, content)
     except OSError as error:
         raise ForgeError("forge.cannot_write", path=folder, error=error.strerror) from error

@@ -10,16 +10,15 @@ from __future__ import annotations
 
 import argparse
 import io
-import subprocess
 import zipfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from grader.authoring import release
 from grader.console.run import ExitCode, complain
 from grader.course.exercises import ROOT
 from grader.course.message import GraderError, UserError
 from grader.course.texts import Texts, preferred
-from grader.files import write_whole
 
 TOP = "miniraytracer"
 SCRIPTS = ("setup.sh", "run_autograder")
@@ -42,10 +41,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     try:
         content = packed(files(ROOT))
-        write_whole(options.out, content)
-    except OSError as error:
-        sentence = texts.say("release.cannot_write", path=options.out, error=error.strerror)
-        return complain(sentence, ExitCode.WRONG_USE)
+        release.write(options.out, content)
     except GraderError as error:
         return complain(error.sentence(texts), ExitCode.WRONG_USE)
     size = texts.number(round(len(content) / 1e6, 1))
@@ -54,16 +50,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def files(root: Path) -> dict[str, bytes]:
-    """Return what git tracks, as it is now, by its place in the archive. Raises GradescopeError."""
-    try:
-        done = subprocess.run(
-            ["git", "-C", str(root), "ls-files", "-z"], capture_output=True, check=True, text=True
-        )
-    except (OSError, subprocess.CalledProcessError) as error:
-        raise GradescopeError("gradescope.no_git", path=root) from error
-    names = [each for each in done.stdout.split("\0") if each and not each.startswith(_LEFT_OUT)]
+    """Return what git tracks, by its place in the archive. Raises GradescopeError, ReleaseError."""
+    tracked = [each for each in release.git(root, "ls-files", "-z").split("\0") if each]
+    if not tracked:
+        raise GradescopeError("gradescope.no_git", path=root)
+    names = [each for each in tracked if not each.startswith(_LEFT_OUT)]
     scripts = {name: (Path(__file__).parent / name).read_bytes() for name in SCRIPTS}
-    return {**scripts, **{f"{TOP}/{name}": (root / name).read_bytes() for name in names}}
+    return {**scripts, **{f"{TOP}/{name}": release.read(root, name) for name in names}}
 
 
 def packed(content: Mapping[str, bytes]) -> bytes:

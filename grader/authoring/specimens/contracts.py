@@ -16,6 +16,7 @@ from typing import Any
 from grader.authoring.specimens import patches
 from grader.authoring.specimens.patches import PatchError
 from grader.course.exercises import CORE, ManifestError, read_toml
+from grader.intake import definitions
 
 TABLE = patches.REFERENCE / "contracts.toml"
 HEADER = CORE / "exercises.h"
@@ -39,7 +40,7 @@ class Breach:
     def written(self) -> tuple[str, str]:
         """Return the file of the function, and the function with the change. Raises PatchError."""
         for name, text in patches.reference().items():
-            if own := _function(text, self.function):
+            if own := _function(name, text, self.function):
                 if (count := own.count(self.before)) != 1:
                     raise PatchError(
                         f"{TABLE.name}: {self.id}: what comes before stands {count} times in"
@@ -52,7 +53,7 @@ class Breach:
         """Return the reference's files with the change. Raises PatchError."""
         files = patches.reference()
         name, written = self.written()
-        files[name] = files[name].replace(_function(files[name], self.function), written)
+        files[name] = files[name].replace(_function(name, files[name], self.function), written)
         return files
 
 
@@ -130,7 +131,7 @@ def _joined(parts: Sequence[str]) -> list[str]:
     return [text] if text else []
 
 
-def _function(text: str, name: str) -> str:
+def _function(file: str, text: str, name: str) -> str:
     """Return the text of a function of a file, "" when it is not there."""
-    head = re.search(rf"^\w[^\n;=]*\b{name}\([^;{{]*\{{", text, re.MULTILINE)
-    return text[head.start() : text.index("\n}", head.end()) + 2] if head else ""
+    found = definitions.find(name, {file: text})
+    return found.text if found else ""

@@ -18,7 +18,10 @@ import yaml  # type: ignore[import-untyped]
 from grader.authoring import forge
 from grader.course import exercises
 from grader.course.exercises import CORE, ROOT
+from grader.course.texts import Texts
 from grader.report import forge as shown
+from grader.report.at_lines import Annotation
+from grader.tests.report.test_terminal import check, content, exercise
 from grader.tests.support.shell import run, script
 
 GITHUB, GITLAB = forge.TEMPLATES
@@ -134,6 +137,14 @@ def test_a_hostile_push_has_the_points_of_its_code(template: Path, tmp_path: Pat
 def test_a_summary_is_no_html_and_keeps_its_cells() -> None:
     """Whatever a message holds."""
     assert shown._cell("a | <b>\n`c`") == "a \\| &lt;b> 'c'"
+
+
+def test_what_the_compiler_says_is_told_with_its_file() -> None:
+    """It is about no exercise, so the file is its title."""
+    said = Annotation("", "core_c/main.c", 3, True, "", "Il manque un point-virgule.")
+    results = content((exercise(1, "failed", 0), [check(1, "failed")]))
+    lines = shown.markdown(results, [said], Texts("fr")).splitlines()
+    assert "- **core_c/main.c** (core_c/main.c:3) Il manque un point-virgule." in lines
 
 
 def test_results_that_cannot_be_read_are_named(tmp_path: Path) -> None:

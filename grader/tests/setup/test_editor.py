@@ -62,7 +62,7 @@ def matched(line: str) -> dict[str, str] | None:
 def test_the_problem_matcher_reads_our_lines_and_the_compilers() -> None:
     """All the tasks have the same one."""
     for is_error, severity in ((True, "error"), (False, "warning")):
-        ours = Annotation("core_c/main.c", 12, is_error, "TP1.2 fill", "Un : deux")
+        ours = Annotation("TP1.2", "core_c/main.c", 12, is_error, "TP1.2 fill", "Un : deux")
         assert matched(ours.for_editor()) == {
             **{"file": "core_c/main.c", "line": "12", "column": None},
             **{"severity": severity, "message": "TP1.2 fill - Un : deux"},
