@@ -17,20 +17,24 @@ from grader.authoring.bench.programs import BenchError
 from grader.course import exercises
 from grader.course.sizes import sizes_for
 from grader.evaluation.pipeline import run_checks
+from grader.evaluation.records import Outcome
 from grader.execution.libraries import Libraries
 from grader.execution.session_socket import SessionSocket
 from grader.intake.submission import read_submission
 from grader.sandbox.staging import stage
 from grader.worker.frames import ROOM_OFFSET
 
-CALL = '            value = function(*[getattr(each, "passed", each) for each in arguments])\n'
-TIMED = """\
-            passed = [getattr(each, "passed", each) for each in arguments]
-            began = time.process_time()
-            value = function(*passed)
-            seconds = time.process_time() - began
-            (before,) = struct.unpack_from("=d", self._shared.page, PLACE)
-            struct.pack_into("=d", self._shared.page, PLACE, before + seconds)
+CALL = 'function(*[getattr(each, "passed", each) for each in arguments])'
+TIMED = CALL.replace("function(*", "timed(self._shared.page, function, ")
+STOPWATCH = """
+def timed(page, function, arguments):
+    began = time.process_time()
+    try:
+        return function(*arguments)
+    finally:
+        seconds = time.process_time() - began
+        (before,) = struct.unpack_from("=d", page, PLACE)
+        struct.pack_into("=d", page, PLACE, before + seconds)
 """
 PLACE = ROOM_OFFSET - 8  # nothing else stands there
 
@@ -48,7 +52,9 @@ def main() -> int:
 
     SessionSocket.close = read_and_close  # type: ignore[method-assign]
     with Libraries(read_submission(submission), sizes_for(None), cache) as libraries:
-        run_checks(libraries, exercises.load(), None)
+        findings = run_checks(libraries, exercises.load(), None)
+    if wrong := [each for each in findings if each.outcome is not Outcome.PASSED]:
+        raise BenchError(f"{wrong[0].check}: {wrong[0].outcome.value} {wrong[0].message.values}")
     print(sum(seconds))
     return 0
 
@@ -56,11 +62,15 @@ def main() -> int:
 def _start_stopwatches() -> None:
     """Change this process's copy of what workers run."""
     path = stage() / "grader" / "worker" / "session.py"
-    text = path.read_text(encoding="utf-8")
+    path.write_text(with_stopwatch(path.read_text(encoding="utf-8")), encoding="utf-8")
+
+
+def with_stopwatch(text: str) -> str:
+    """Return a session's module that sums the CPU seconds of its calls. Raises BenchError."""
     if text.count(CALL) != 1:
         raise BenchError("grader/worker/session.py has changed: mend CALL in bench/inside.py")
     timed = text.replace(CALL, TIMED).replace("import struct\n", "import struct\nimport time\n")
-    path.write_text(timed.replace("PLACE", str(PLACE)), encoding="utf-8")
+    return timed + STOPWATCH.replace("PLACE", str(PLACE))
 
 
 if __name__ == "__main__":

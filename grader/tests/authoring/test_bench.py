@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import io
 import json
+import struct
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import TextIO
+from typing import Any, TextIO
 
 import pytest
 
-from grader.authoring.bench import inspector, measure, programs, report, scenes, slider
-from grader.authoring.bench.grading import Grading, TimedGrade
+from grader.authoring.bench import inside, inspector, measure, programs, report, scenes, slider
+from grader.authoring.bench.grading import RUNS, Grading, TimedGrade
 from grader.authoring.bench.measure import Counts, Measured
 from grader.authoring.bench.programs import BenchError, Cost
+from grader.course import exercises
+from grader.evaluation import selection
+from grader.worker import session
 
 LISTED = """\
 eye 0 2 -7
@@ -244,3 +248,27 @@ def test_a_slider_is_told_beside_its_goal() -> None:
     assert slider.text({**waits, "above the empty": 0.04}).endswith("40 ms   goal 100 ms   met")
     assert slider.text("no browser").endswith("not measured, no browser")
     assert slider.paired([0.1, 0.9, 0.1], [0.2, 0.95, 0.4]) == pytest.approx(0.1)
+
+
+def test_the_stopwatch_fits_the_session_s_module() -> None:
+    """What is timed compiles, stands around the call of each case, and adds to what was there."""
+    text = Path(session.__file__).read_text(encoding="utf-8")
+    names: dict[str, Any] = {"__name__": "timed_session"}
+    code = compile(inside.with_stopwatch(text), "session.py", "exec")
+    exec(code, names)
+    page = bytearray(inside.PLACE + 8)
+    assert [names["timed"](page, pow, (2, 3)) for _ in range(2)] == [8, 8]
+    before = struct.unpack_from("=d", page, inside.PLACE)
+    struct.pack_into("=d", page, inside.PLACE, before[0] + 1.0)
+    names["timed"](page, pow, (2, 3))
+    assert struct.unpack_from("=d", page, inside.PLACE) >= (before[0] + 1.0,)
+    with pytest.raises(BenchError, match="has changed"):
+        inside.with_stopwatch("nothing is called here")
+
+
+def test_what_is_timed_is_what_can_be_asked() -> None:
+    """The K= of each run is one that `make grade` takes."""
+    rules = exercises.load()
+    for settings, _ in RUNS.values():
+        if words := settings.get("K"):
+            assert selection.choose(rules, None, words)
