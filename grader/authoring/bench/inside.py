@@ -54,7 +54,7 @@ def main() -> int:
     with Libraries(read_submission(submission), sizes_for(None), cache) as libraries:
         findings = run_checks(libraries, exercises.load(), None)
     if wrong := [each for each in findings if each.outcome is not Outcome.PASSED]:
-        raise BenchError(f"{wrong[0].check}: {wrong[0].outcome.value} {wrong[0].message.values}")
+        raise BenchError(f"{wrong[0].check}: {wrong[0].outcome.value} {wrong[0].message}")
     print(sum(seconds))
     return 0
 
