@@ -4,7 +4,7 @@
 # Paths here are relative, and values travel by the environment, so that this works from any folder.
 
 .DEFAULT_GOAL := help
-.PHONY: help grade watch mrt try debug restore lab submit update release classroom gradescope batch purge oral notebooks figures expected calibrate prove skeleton format lint test test-all bench doctor wheelhouse print-flags clean
+.PHONY: help grade watch mrt try debug restore lab submit update release classroom gradescope batch alike purge oral notebooks figures expected calibrate prove skeleton format lint test test-all bench doctor wheelhouse print-flags clean
 
 SUBMISSION ?= core_c
 SRC ?= core_c
@@ -78,6 +78,10 @@ batch: ## évalue une classe : SUBMISSIONS=, OUT=, JOBS=2, NAMES=1, AGAIN=1, PUB
 	    $${JOBS:+--jobs "$$JOBS"} $${SCHEDULER:+--scheduler "$$SCHEDULER"} $${ISOLATION:+--isolation "$$ISOLATION"} \
 	    $${AGAIN:+--again} $${NAMES:+--names} $${GALLERY:+--gallery} $${WORKSHEET:+--worksheet "$$WORKSHEET"} \
 	    $${HINT:+--hint "$$HINT"} $${EXPECTED:+--expected "$$EXPECTED"} $${YES:+--yes} $${PUBLIC:+--public}
+
+alike: ## les rendus qui se ressemblent, à regarder : SUBMISSIONS=, OUT=, PAST=, NAMES=1 | submissions that are alike, to look at: SUBMISSIONS=, OUT=, PAST=, NAMES=1
+	@$(call PYTHON_OF,grade) && "$$python" -m grader alike $${SUBMISSIONS:+"$$SUBMISSIONS"} $${OUT:+--out "$$OUT"} \
+	    $${PAST:+--past "$$PAST"} $${NAMES:+--names}
 
 purge: ## efface les résultats d'une classe : OUT=dossier | erases the results of a class: OUT=folder
 	@$(call PYTHON_OF,grade) && "$$python" -m grader purge $${OUT:+"$$OUT"}

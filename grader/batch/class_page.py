@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-from grader.batch import grades_csv, statistics
+from grader.batch import alike_list, grades_csv, statistics
 from grader.batch.records import Graded, Mark
 from grader.batch.results_folder import STUDENTS
 from grader.course.settings import Course
@@ -48,6 +48,8 @@ def render(
         waiting=[each for each in rows if each["mark"] is None and not each["error"]],
         rows=rows,
         names=names,
+        alike=alike_list.read(folder.parent, graded, names),
+        alike_page=alike_list.PAGE,
         pictures=_pictures(rows, folder),
         mistake=lambda name: texts.get(f"mistake.{name}.title", name),
     )

@@ -29,7 +29,7 @@ from functools import cache, lru_cache
 from pathlib import Path
 from typing import IO, Any
 
-from grader.batch import fresh_inputs
+from grader.batch import alike_list, fresh_inputs
 from grader.batch.last_run import is_same
 from grader.batch.records import BatchError, GradedFiles, Settings, Task
 from grader.build import toolchain
@@ -43,7 +43,10 @@ from grader.report.results import Row, write
 NAME = "batch.json"
 SCHEMA = 1
 STUDENTS, STATE, WORK = "students", "state", "work"
-OWN_FILES = ("grades.csv", "changes.csv", "marks.json", "index.html", NAME)
+OWN_FILES = (
+    *("grades.csv", "changes.csv", "marks.json", "index.html"),
+    *(alike_list.NAME, alike_list.PAGE, NAME),
+)
 OWN_FOLDERS = (STUDENTS, STATE, WORK, fresh_inputs.FOLDER, "moodle")
 # Of the grader, what a result depends on.
 _CODE = (".py", ".toml", ".c", ".html", ".css", ".js", ".zip")

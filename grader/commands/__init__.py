@@ -28,6 +28,7 @@ HINT_LEVELS = (1, 2, 3)
 ANNOTATIONS = ("editor", "github")  # grader.report.at_lines.FORMS, which loads later
 # Commands with a module of their own, loaded when asked for; some are not in a student's copy.
 OTHERS = {
+    "alike": ("grader.authoring.alike.command", "alike.description"),
     "batch": ("grader.batch.command", "batch.description"),
     "classroom": ("grader.authoring.forge", "forge.description"),
     "gradescope": ("grader.authoring.gradescope", "gradescope.description"),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 
 from grader.course import exercises
 from grader.setup import c_text
@@ -40,7 +41,7 @@ def _order(function: str, files: Mapping[str, str]) -> Iterator[str]:
 
 def _span(text: str, function: str) -> tuple[int, int] | None:
     """Return where a definition begins and ends; braces in comments and strings do not count."""
-    bare = c_text.blanked(text)
+    bare = _bare(text)
     if (head := _head(function).search(bare)) is None:
         return None
     depth = 0
@@ -49,6 +50,11 @@ def _span(text: str, function: str) -> tuple[int, int] | None:
         if depth == 0:
             return head.start(), brace.end()
     return None
+
+
+@lru_cache(maxsize=8)  # one file is asked about each of its functions
+def _bare(text: str) -> str:
+    return c_text.blanked(text)
 
 
 def _head(function: str) -> re.Pattern[str]:
