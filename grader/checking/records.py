@@ -36,6 +36,7 @@ class Evidence:
     share: float = 0.0  # of the points, for what is right all the same
     reproducer: str = ""  # C statements that make the simplest failing call
     images: Mapping[str, bytes] = field(default_factory=dict)  # PNG: expected, got, difference
+    places: Message | None = None  # where a picture is wrong
     mistakes: tuple[str, ...] = ()  # ids of the known mistakes that give the same answers
     spots: tuple[Spot, ...] = ()  # of a wrong picture, those to look at, the first one first
     pinned: Pinned | None = None

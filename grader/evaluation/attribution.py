@@ -233,7 +233,7 @@ def _sealed(second: Finding) -> Finding:
 
 def _forgiven(first: Finding, second: Finding, guilty: frozenset[str]) -> Finding:
     """Return a finding that passes once what is wrong is replaced; its own picture stays."""
-    evidence = Evidence(images=first.evidence.images)
+    evidence = Evidence(images=first.evidence.images, places=first.evidence.places)
     through = tuple(sorted(guilty))
     return replace(second, through=through, seconds=first.seconds, evidence=evidence)
 

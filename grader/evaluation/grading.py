@@ -159,6 +159,7 @@ def _judge(
         mistakes=finding.evidence.mistakes,
         reproducer=reproducer.told(finding.evidence.reproducer, texts),
         images=finding.evidence.images,
+        places=_places(finding, texts),
         pixel=_pixel(finding, texts) if outcome is Outcome.FAILED else None,
     )
 
@@ -202,6 +203,12 @@ def _pixel(finding: Finding, texts: Texts) -> Pixel | None:
     if found.told is not None:
         told = f"{told} {death_messages.told(found.told, found.location, texts)}"
     return Pixel(found.picture, found.i, found.j, told)
+
+
+def _places(finding: Finding, texts: Texts) -> str:
+    """Return where a picture is wrong, in words."""
+    found = finding.evidence.places
+    return texts.say(found.key, **found.values) if found else ""
 
 
 def _sum(exercise: Exercise, checks: Sequence[CheckResult], language: str) -> ExerciseResult | None:

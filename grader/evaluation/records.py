@@ -84,6 +84,7 @@ class CheckResult:
     mistakes: tuple[str, ...] = ()
     reproducer: str = ""
     images: Mapping[str, bytes] = field(default_factory=dict)  # PNG by role
+    places: str = ""  # where a picture is wrong
     pixel: Pixel | None = None
 
 

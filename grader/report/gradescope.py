@@ -68,7 +68,7 @@ def _test(exercise: Row, content: Row, pictures: _Pictures, texts: Texts) -> dic
     wrong = [each for each in own if each["outcome"] in _WRONG][:MAX_SHOWN]
     parts = [html.escape(texts.say(f"outcome.{exercise['outcome']}"))]
     for check in wrong:
-        told = (check["title"], check["message"], check["note"], check["hint"])
+        told = (*(check[key] for key in ("title", "message", "note", "hint")), check.get("places"))
         parts += [html.escape(each).replace("\n", "<br>") for each in told if each]
         parts.append(" ".join(pictures.shown(check["images"])))
     return {

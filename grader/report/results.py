@@ -255,6 +255,7 @@ def _check(result: CheckResult, files: Mapping[str, bytes]) -> dict[str, Any]:
         "mistakes": list(result.mistakes),
         "reproducer": result.reproducer,
         "images": {role: image_name(result, role) for role in result.images},
+        **({"places": result.places} if result.places else {}),
         **({"pixel": asdict(result.pixel)} if result.pixel else {}),
         "seconds": round(result.seconds, 3),
     }

@@ -14,10 +14,10 @@ import numpy as np
 import numpy.typing as npt
 
 from grader.checking.npz import Arrays, archived
-from grader.checking.pictures import expected_files
+from grader.checking.pictures import expected_files, image_tools
 from grader.checking.pictures.expected_files import Expected
 from grader.checking.pictures.measure import TILE, Envelope, tile_means
-from grader.checking.pictures.neighbours import beyond
+from grader.checking.pictures.neighbours import Surroundings
 from grader.checking.shapes import Image, Mask
 
 SLACK = 4  # levels by which colours may differ besides
@@ -41,11 +41,12 @@ def shown_in(folder: Path, picture: str) -> tuple[str, ...]:
 def near(folder: Path, expected: Expected, got: Image, only: Mask | None = None) -> tuple[str, ...]:
     """Return the mistakes that give nearly this picture, none where nothing is stored of them.
 
-    `only` is where the picture was judged (None: everywhere). Raises ExpectedError.
+    None either without scikit-image. `only` is where the picture was judged (None: everywhere).
+    Raises ExpectedError.
     """
     picture = expected.picture
     arrays = _read(folder, picture.name)
-    if arrays is None:
+    if arrays is None or not image_tools.are_there():
         return ()
     envelope = expected.envelope
     seen, right = (
@@ -53,13 +54,18 @@ def near(folder: Path, expected: Expected, got: Image, only: Mask | None = None)
     )
     slack = _slack(envelope)
     where = np.ones(seen.shape[:2], bool) if only is None else only
-    most = NEARLY * _apart(seen, right, slack, where)
+    around = Surroundings.of(seen)
+
+    def apart(other: Levels) -> float:
+        """Return the share of the pixels that are not the same, up to a pixel's place."""
+        differs = Surroundings.of(other).excluding(seen, slack) | around.excluding(other, slack)
+        return float(differs[where].mean())
+
+    most = NEARLY * apart(right)
     ids = json.loads(arrays["ids"].tobytes())
     numbers = range(len(ids)) if only is not None else _near(seen, right, arrays["means"])
     return tuple(
-        ids[number]
-        for number in numbers
-        if _apart(seen, _unpacked(arrays[str(number)], right), slack, where) < most
+        ids[number] for number in numbers if apart(_unpacked(arrays[str(number)], right)) < most
     )
 
 
@@ -99,12 +105,6 @@ def _slack(envelope: Envelope) -> Levels:
     width = (envelope.high - envelope.low).max(axis=0)
     slack: Levels = SLACK + np.rint(width * 255).astype(np.int16)
     return slack[:, :, None]
-
-
-def _apart(one: Levels, other: Levels, slack: Levels, where: Mask) -> float:
-    """Return the share of the pixels that are not the same, up to a pixel's place."""
-    differs = beyond(one, other, slack) | beyond(other, one, slack)
-    return float(differs[where].mean())
 
 
 def _near(seen: Levels, right: Levels, means: npt.NDArray[np.uint8]) -> Iterator[int]:

@@ -6,8 +6,9 @@ from collections.abc import Callable
 
 import numpy as np
 
+from grader.checking.pictures import image_tools
 from grader.checking.pictures.measure import FAR_SMOOTH
-from grader.checking.pictures.neighbours import beyond
+from grader.checking.pictures.neighbours import Surroundings
 from grader.checking.pictures.plan import STAGES, TRANSPARENT
 from grader.checking.pictures.regions import (
     HIGHLIGHT,
@@ -21,6 +22,7 @@ from grader.checking.pictures.regions import (
     Region,
     named,
     of_thing,
+    on_thing,
     wrong_share,
 )
 from grader.checking.pictures.whole import scale_verdict, typical_factor
@@ -140,9 +142,10 @@ def _acne(scene: PictureParts) -> Message | None:
 
 def _sampled(scene: PictureParts) -> Message | None:
     """Find the samples of a pixel where they should not be: all its colours are near by."""
-    if not scene.picture.is_smooth:
+    if not (scene.picture.is_smooth and image_tools.are_there()):
         return None
-    strange = beyond(np.clip(scene.got, 0, 1), scene.expected, FAR_SMOOTH[0], radius=2)
+    around = Surroundings.of(scene.expected, radius=2)
+    strange = around.excluding(np.clip(scene.got, 0, 1), FAR_SMOOTH[0])
     return Message("picture.jagged") if strange.mean() < STRANGE else None
 
 
@@ -182,7 +185,8 @@ def _shadows(scene: PictureParts) -> Message | None:
     bad = [each for each in shadows if wrong_share(each, scene.wrong) > 0.5]
     if bad and scene.share(scene.kinds(SHADOW)) > 0.6:
         worst = max(bad, key=lambda each: scene.share(each.mask))
-        values: dict[str, object] = {"caster": of_thing(worst.caster), "thing": on(worst.thing)}
+        fallen = on_thing(worst.thing)
+        values: dict[str, object] = {"caster": of_thing(worst.caster), "thing": fallen}
         missing = scene.brighter(worst.mask & scene.wrong) > 0
         return Message("picture.shadow_missing" if missing else "picture.shadow_dark", values)
     lit = [each for each in scene.regions if each.kind in (LIT, HIGHLIGHT)]
@@ -194,11 +198,6 @@ def _shadows(scene: PictureParts) -> Message | None:
     if scene.share(worst.mask) < 0.4 or scene.brighter(scene.wrong) > -BRIGHTER:
         return None
     return Message("picture.shadow_extra", {"thing": named(worst.thing)})
-
-
-def on(name: str) -> Message:
-    """Return the name of a thing with "on": "sur le sol"."""
-    return Message(f"thing.{name}.on")
 
 
 def _known(scene: PictureParts) -> Mask:

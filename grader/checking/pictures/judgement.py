@@ -10,7 +10,15 @@ import numpy as np
 
 from grader.checking import reproducer
 from grader.checking.comparison import Wrong
-from grader.checking.pictures import candidates, causes, expected_files, other_views, views, whole
+from grader.checking.pictures import (
+    candidates,
+    causes,
+    expected_files,
+    other_views,
+    places,
+    views,
+    whole,
+)
 from grader.checking.pictures.expected_files import Expected
 from grader.checking.pictures.measure import LEVEL, Floats, Measures, measure, outside, worst_tile
 from grader.checking.pictures.plan import COURSE, PATTERNED, STAGES, ExpectedPicture
@@ -24,7 +32,7 @@ from grader.checking.pictures.regions import (
     regions,
     wrong_share,
 )
-from grader.checking.pictures.worst_pixels import Pixel, worst_pixels
+from grader.checking.pictures.worst_pixels import Pixel, worst_pixels, worth_a_look
 from grader.checking.records import Evidence, Spot
 from grader.checking.shapes import Image, Mask
 from grader.checking.student import PICTURE_SIZE, Student
@@ -42,6 +50,7 @@ class Judgement:
     remark: Message | None = None  # the other reading in which it is right
     share: float = 1.0  # of the points
     images: Mapping[str, bytes] = field(default_factory=dict)
+    places: Message | None = None  # where it is wrong
     pixels: tuple[Pixel, ...] = ()  # those to look at
     candidates: tuple[str, ...] = ()  # known mistakes that give nearly the same picture
 
@@ -88,7 +97,8 @@ def _check_here(student: Student, picture: ExpectedPicture, only: Sequence[str])
         program = reproducer.of_picture(scene, picture.options, PICTURE_SIZE)
         complaint = Wrong(found.complaint.key, **found.complaint.values)
         spots = tuple(_spot(picture, got, each) for each in found.pixels)
-        raise complaint.showing(Evidence(found.share, program, found.images, spots=spots))
+        evidence = Evidence(found.share, program, found.images, found.places, spots=spots)
+        raise complaint.showing(evidence)
 
 
 def _spot(picture: ExpectedPicture, got: Image, pixel: Pixel) -> Spot:
@@ -133,9 +143,21 @@ def judge(
         found = _in_another_reading(case) or _wrong(case)
     if not (found.complaint and shown):
         return found
-    known = candidates.near(folder, expected, got, mask)
-    pixels = worst_pixels(error, expected.envelope)
-    return replace(found, images=_images(case), pixels=pixels, candidates=known)
+    return _explained(case, found)
+
+
+def _explained(case: _WrongPicture, found: Judgement) -> Judgement:
+    """Add what is shown and told besides: pictures, places, pixels, known mistakes."""
+    envelope = case.expected.envelope
+    maps = read_maps(case.folder, case.expected.picture.scene)
+    where = places.find(worth_a_look(case.error, envelope), maps)
+    return replace(
+        found,
+        images=_images(case, where),
+        places=places.told(where),
+        pixels=worst_pixels(case.error, envelope),
+        candidates=candidates.near(case.folder, case.expected, case.got, case.only),
+    )
 
 
 def _counted(folder: Path, picture: ExpectedPicture, only: Sequence[str]) -> Mask | None:
@@ -200,10 +222,13 @@ def _lacking(case: _WrongPicture) -> str:
     return ""
 
 
-def _images(case: _WrongPicture) -> Mapping[str, bytes]:
+def _images(case: _WrongPicture, where: Sequence[places.Place]) -> Mapping[str, bytes]:
     expected = expected_files.read_png(case.folder, case.expected.picture)
     _, worst = worst_tile(np.rint(case.error / LEVEL).astype(np.int32))
-    return views.images(case.got, expected, case.error, worst)
+    boxes = [each.box for each in where[: places.MOST_TOLD]]
+    images = views.images(case.got, expected, case.error, worst, boxes)
+    # Of what is drawn by lot, no two pictures are alike.
+    return images if case.expected.envelope.by_means else images | views.alike(case.got, expected)
 
 
 def _wrong_pixels(case: _WrongPicture) -> Mask:

@@ -1,8 +1,11 @@
-"""Comparing pictures up to a pixel: rounding moves edges a little, but brings no new colour."""
+"""Comparing pictures up to a pixel: rounding moves edges a little, but brings no new colour.
+
+With scikit-image: ask `image_tools.are_there` first.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,35 +16,34 @@ from grader.checking.shapes import Mask
 Planes = npt.NDArray[Any]
 
 
-def beyond(picture: Planes, other: Planes, slack: float | Planes, radius: int = 1) -> Mask:
-    """Return where a picture's colours do not lie between those around the same pixel of another.
+@dataclass(frozen=True)
+class Surroundings:
+    """The least and the greatest of the colours around each pixel, shape (height, width, 3)."""
 
-    Parameters
-    ----------
-    picture, other
-        shape (height, width, 3), both in the units of `slack`
-    slack
-        by how much a colour may exceed those around; a number, or of shape (height, width, 1)
-    radius
-        of what is around, in pixels
+    low: Planes
+    high: Planes
 
-    Returns
-    -------
-        shape (height, width)
-    """
-    low = _spread(other, np.minimum, radius)
-    high = _spread(other, np.maximum, radius)
-    found = ((picture < low - slack) | (picture > high + slack)).any(axis=2)
-    return np.asarray(found)
+    @classmethod
+    def of(cls, image: Planes, radius: int = 1) -> Surroundings:
+        """Return what is around each pixel, in the square of `radius` pixels to each side."""
+        from skimage.morphology import dilation, erosion
 
+        square = np.ones((2 * radius + 1, 2 * radius + 1, 1))
+        return cls(erosion(image, square), dilation(image, square))
 
-def _spread(image: Planes, choose: Callable[..., Any], radius: int) -> Planes:
-    """Return the least or the greatest of the pixels around each."""
-    for axis in (0, 1):
-        size = image.shape[axis]
-        pad = [(radius, radius) if each == axis else (0, 0) for each in range(3)]
-        wide = np.pad(image, pad, mode="edge")
-        image = wide.take(range(size), axis=axis)
-        for step in range(1, 2 * radius + 1):
-            choose(image, wide.take(range(step, step + size), axis=axis), out=image)
-    return image
+    def excluding(self, picture: Planes, slack: float | Planes) -> Mask:
+        """Return where the colours of another picture do not lie between those around.
+
+        Parameters
+        ----------
+        picture
+            shape (height, width, 3), in the units of `slack`
+        slack
+            by how much a colour may exceed those around; a number, or of shape (height, width, 1)
+
+        Returns
+        -------
+            shape (height, width)
+        """
+        found = ((picture < self.low - slack) | (picture > self.high + slack)).any(axis=2)
+        return np.asarray(found)

@@ -88,6 +88,11 @@ def of_thing(name: str) -> Message:
     return Message(f"thing.{name}.of") if name else Message("thing.none.of")
 
 
+def on_thing(name: str) -> Message:
+    """Return the name of a thing with "on": "sur le sol"."""
+    return Message(f"thing.{name}.on")
+
+
 def read_maps(folder: Path, scene: int) -> Maps:
     """Read what stands where in a scene. Raises ExpectedError."""
     arrays = read_arrays(folder, f"scene{scene}.maps.npz")

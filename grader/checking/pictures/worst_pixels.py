@@ -9,7 +9,7 @@ import numpy as np
 from grader.checking.pictures import expected_files
 from grader.checking.pictures.measure import TILE, Envelope, Floats, outside, worst_tile
 from grader.checking.pictures.plan import ExpectedPicture
-from grader.checking.shapes import Image
+from grader.checking.shapes import Image, Mask
 
 Pixel = tuple[int, int]  # column, row
 
@@ -29,15 +29,22 @@ def worst_pixel(folder: Path, picture: ExpectedPicture, got: Image) -> Pixel | N
     return next(iter(worst_pixels(error, envelope)), None)
 
 
+def worth_a_look(error: Floats, envelope: Envelope) -> Mask:
+    """Return the wrong pixels that tell most: those of edges only where nothing else is wrong.
+
+    Where samples matter, edges tell as much. `error` is what `outside` gives.
+    """
+    wrong: Mask = error > envelope.far
+    calm = wrong if envelope.band else wrong & envelope.calm
+    return calm if calm.any() else wrong
+
+
 def worst_pixels(error: Floats, envelope: Envelope) -> tuple[Pixel, ...]:
     """Return pixels of the worst tile, those farthest from what is accepted first.
 
-    `error` is what `outside` gives. Where the neighbours' rays take the same path comes first, but
-    where samples matter.
+    `error` is what `outside` gives.
     """
-    wrong = error > envelope.far
-    calm = wrong if envelope.band else wrong & envelope.calm
-    counted = np.where(calm if calm.any() else wrong, error, 0)
+    counted = np.where(worth_a_look(error, envelope), error, 0)
     if not counted.any():
         return ()
     _, (row, column) = worst_tile(np.rint(counted * 255).astype(np.int32))

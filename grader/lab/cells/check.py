@@ -200,7 +200,7 @@ def _pixels(checks: Sequence[CheckResult]) -> list[Pixel]:
 
 def explained(result: CheckResult) -> Shown:
     """Return what is wrong, a question, the hints to unfold, and the pictures."""
-    lines = [line for line in (result.message, result.hint) if line]
+    lines = [line for line in (result.message, result.hint, result.places) if line]
     inside = "".join(f"<p>{escape(line)}</p>" for line in lines)
     for level in HINTS:
         hint = texts().get(f"hint.{result.id}.{level}") if result.hint else ""

@@ -4,18 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from PIL import Image
 
-from grader.checking.expected_data import FOLDER
+from grader.checking.expected_data import FOLDER, ExpectedError
+from grader.checking.pictures import expected_files, image_tools, places
+from grader.checking.pictures.measure import Floats, outside
+from grader.checking.pictures.places import Place
 from grader.checking.pictures.plan import ExpectedPicture
-from grader.lab.display.card import Shown
+from grader.checking.pictures.regions import read_maps
+from grader.checking.pictures.worst_pixels import worth_a_look
+from grader.checking.shapes import Mask
+from grader.lab.display.card import Shown, escape
 from grader.lab.display.error_cards import sentence
 from grader.lab.display.picture import Array, draw, figure, levels, new_figure
 from grader.lab.display.stopped import Stopped
 from grader.lab.display.words import say, texts
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 # The handout's figures; those of scenes are among the expected pictures.
 FIGURES: Mapping[str, ExpectedPicture] = {
@@ -55,9 +64,11 @@ def expected(name: str) -> Array:
 def compare(img: Array, wanted: str | Array, title: str = "") -> Shown:
     """Return the expected picture, yours, and their difference on a fixed scale.
 
+    Where they differ, the places are told and boxed, and a map shows how alike they are (SSIM).
     `wanted` is a figure of the handout ("figure_4" to "figure_8_right"), an expected picture such
     as "scene4.shadows", or another picture of the same size. Raises Stopped.
     """
+    known = plan(wanted) if isinstance(wanted, str) else None
     if isinstance(wanted, str):
         title = title or _title(wanted)
         other = expected(wanted)
@@ -66,24 +77,66 @@ def compare(img: Array, wanted: str | Array, title: str = "") -> Shown:
     if other.shape != img.shape:
         height, width = other.shape[:2]
         raise Stopped(sentence("lab.other_size", width=width, height=height, size=_size(img)))
-    ours = levels(img)[::-1].astype(np.float32) / 255
-    theirs = levels(other)[::-1].astype(np.float32) / 255
+    ours, theirs = _as_filed(img), _as_filed(other)
     away = np.abs(ours - theirs).max(axis=2)
     share = float((away > SEEN).mean())
     text = say("compared_same") if share == 0 else say("compared", percent=_percent(share))
     caption = say("compared_titled", title=title, text=text) if title else text
-    return _drawn([other, np.asarray(img)], away, caption)
+    where = _places(ours, away > SEEN, known)
+    by_lot = known is not None and known.stage == "glass"
+    alike = None if share == 0 or by_lot else image_tools.similarity(ours, theirs)
+    shown = _drawn([other, np.asarray(img)], away, where, alike, caption)
+    found = places.told(where)
+    lines = [texts().say(found.key, **found.values)] if found else []
+    lines += [say("compare_similarity")] if alike is not None else []
+    told = "".join(f"<p>{escape(line)}</p>" for line in lines)
+    return Shown(shown.html + told, "\n".join([shown.text, *lines]))
 
 
-def _drawn(pictures: list[Array], away: Array, caption: str) -> Shown:
-    drawn, axes = new_figure(3, 1, inches=(10.5, 2.9), sharex=True, sharey=True)
+def _as_filed(picture: Array) -> Floats:
+    """Return the colours that a picture's file would have, 0 to 1."""
+    return levels(picture)[::-1].astype(np.float32) / np.float32(255)
+
+
+def _places(ours: Floats, differs: Mask, known: ExpectedPicture | None) -> list[Place]:
+    """Return the places that differ; of an expected picture, from all that is accepted."""
+    if known is None:
+        return places.find(differs)
+    try:
+        envelope = expected_files.read(FOLDER, known).envelope
+        maps = read_maps(FOLDER, known.scene)
+    except ExpectedError:
+        return places.find(differs)
+    return places.find(worth_a_look(outside(ours, envelope), envelope), maps)
+
+
+def _drawn(
+    pictures: list[Array], away: Array, where: list[Place], alike: Array | None, caption: str
+) -> Shown:
+    """Draw the pictures and their maps, those that there are."""
+    columns, rows, inches = (3, 1, (10.5, 2.9)) if alike is None else (2, 2, (10.5, 6.2))
+    drawn, axes = new_figure(columns, rows, inches=inches, sharex=True, sharey=True)
+    axes = axes.ravel()
     for each, picture, key in zip(axes, pictures, ("expected", "got"), strict=False):
         draw(each, picture, say(f"role.{key}"))
     draw(axes[2], away, say("role.difference"), limits=(0, FULL_SCALE))
+    for number, place in enumerate(where[: places.MOST_TOLD], 1):
+        _box(axes[2], place, str(number))
+    if alike is not None:
+        draw(axes[3], alike, say("role.similarity"), limits=(0, 1))
     for each in axes:
         each.label_outer()
     drawn.suptitle(caption, fontsize=10)
     return figure(drawn, f"{say('compare_alt')} {caption}")
+
+
+def _box(axes: Axes, place: Place, number: str) -> None:
+    """Draw a place's box with its number."""
+    bottom, left, top, right = place.box
+    corners = ([left, right, right, left, left], [bottom, bottom, top, top, bottom])
+    axes.plot(*(np.array(each) - 0.5 for each in corners), color="white", linewidth=1.2)
+    label = {"boxstyle": "round,pad=0.15", "fc": "white", "ec": "0.4"}
+    axes.annotate(number, (left, top), fontsize=8, bbox=label, annotation_clip=False)
 
 
 def _title(name: str) -> str:

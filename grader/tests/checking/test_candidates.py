@@ -19,7 +19,7 @@ from grader.authoring.specimens import mistakes
 from grader.checking.expected_data import FOLDER, ExpectedError, read_manifest
 from grader.checking.pictures import candidates, expected_files
 from grader.checking.pictures.judgement import judge
-from grader.checking.pictures.neighbours import beyond
+from grader.checking.pictures.neighbours import Surroundings
 from grader.checking.pictures.plan import JUDGED, ExpectedPicture
 from grader.checking.records import Evidence
 from grader.checking.shapes import Image
@@ -38,12 +38,27 @@ def test_a_border_may_move_by_a_pixel_and_no_more() -> None:
     """What lies around a pixel may stand there; another colour may not."""
     right = np.zeros((8, 9, 3), np.int16)
     right[:, 4:] = 100
+    around = Surroundings.of(right[:, 2:-2])
     for shift, count in ((0, 0), (1, 0), (-1, 0), (2, 8)):
-        assert beyond(np.roll(right, shift, axis=1)[:, 2:-2], right[:, 2:-2], 4).sum() == count
+        assert around.excluding(np.roll(right, shift, axis=1)[:, 2:-2], 4).sum() == count
     strange = right.copy()
     strange[3, 2, 1] = 50
-    assert np.argwhere(beyond(strange, right, 4)).tolist() == [[3, 2]]
-    assert not beyond(strange, right, 60).any()
+    around = Surroundings.of(right)
+    assert np.argwhere(around.excluding(strange, 4)).tolist() == [[3, 2]]
+    assert not around.excluding(strange, 60).any()
+
+
+@pytest.mark.parametrize("radius", [1, 2])
+def test_what_is_around_a_pixel_is_its_square_cut_at_the_borders(radius: int) -> None:
+    """As the definition says, pixel by pixel, for levels and for colours."""
+    rng = np.random.default_rng(3)
+    for image in (rng.integers(-9, 300, (7, 9, 3)).astype(np.int16), rng.random((7, 9, 3))):
+        around = Surroundings.of(image, radius)
+        for j, i in np.ndindex(7, 9):
+            rows, columns = (slice(max(at - radius, 0), at + radius + 1) for at in (j, i))
+            square = image[rows, columns].reshape(-1, 3)
+            assert (around.low[j, i] == square.min(axis=0)).all()
+            assert (around.high[j, i] == square.max(axis=0)).all()
 
 
 def test_mistakes_are_stored_with_the_pictures_that_show_them() -> None:

@@ -317,6 +317,24 @@ def test_a_comparison_is_told_in_the_language(monkeypatch: pytest.MonkeyPatch) -
     assert "figure 7, à gauche : 100 % des pixels" in compare(img + 0.5, "figure_7_left").text
 
 
+def test_a_comparison_tells_the_places_and_how_to_read_its_map(core: Core) -> None:
+    """Of an expected picture with what is seen there; of equal ones there is nothing to tell."""
+    flat = core.figure("figure_4")
+    assert "SSIM" not in compare(flat, "figure_4").html
+    flat[20:40, 30:60] = 1
+    shown = compare(flat, "figure_4")
+    for words in (
+        "in one place: at the bottom left, mostly on the floor (600 pixels).",
+        "Likeness of shapes (SSIM): 1 (yellow)",
+    ):
+        assert words in shown.html.partition("<p>")[2]
+        assert words in shown.text
+    plain = compare(black((320, 180)) + 1, black((320, 180)))
+    assert "The differences are" not in plain.text
+    tiny = black((5, 4))
+    assert "100 % of the pixels" in compare(tiny + 1, tiny).text
+
+
 def test_the_first_run_is_not_red() -> None:
     """Matplotlib keeps to itself that it lists the machine's fonts, which it writes on stderr."""
     assert not logging.getLogger("matplotlib.font_manager").isEnabledFor(logging.WARNING)

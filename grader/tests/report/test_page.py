@@ -127,6 +127,14 @@ def test_hints_are_folded_until_they_are_asked_for(whole: Make) -> None:
     assert re.findall(folded, html) == wanted * sum(each["outcome"] == "failed" for each in checks)
 
 
+def test_where_a_picture_differs_stands_above_it(whole: Make) -> None:
+    """In words, once for each check with pictures, which show how alike they are, and what for."""
+    html = whole("en")
+    told = "The differences are in one place: at the top left (12 pixels). (The grey boxes"
+    assert html.count(told) == html.count('<div class="pictures"') > 0
+    assert html.count("it does not count towards the points.</figcaption>") == html.count(told)
+
+
 def test_names_of_c_are_not_broken_across_lines() -> None:
     """A browser would break r->tmax behind its dash; what is around stays text."""
     said = markup.told("Après f(a < b), r->tmax et out->orig.x valent 3 ; <i>", "fr")

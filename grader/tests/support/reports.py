@@ -41,6 +41,7 @@ def png(color: str) -> bytes:
 PNG = png("navy")
 
 
+PLACE = Message("place.counted", {"where": Message("place.top_left"), "count": 12})
 VALUES: dict[str, object] = {"call": HOSTILE, "got": "1", "expected": "2"}
 
 
@@ -64,7 +65,8 @@ def every_outcome(language: str = "fr", folder: Path | None = None) -> dict[str,
             output=HOSTILE,
             evidence=Evidence(
                 reproducer=PROGRAM,
-                images={"expected": PNG, "got": PNG},
+                images={"expected": PNG, "got": PNG, "similarity": PNG},
+                places=Message("places.1", {"first": PLACE}),
                 pinned=Pinned("scene0.flat", 3, 4),
             ),
         )

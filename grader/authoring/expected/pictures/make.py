@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 from PIL import Image as Pillow
+from skimage.segmentation import find_boundaries
 
 from grader.authoring.expected.pictures import lineup
 from grader.authoring.expected.pictures.calibration import limits
@@ -168,12 +169,7 @@ def calm(picture: ExpectedPicture) -> Mask:
     if on & {"shadows", "reflections", "fresnel"}:
         column = 3 if "fresnel" in on and "reflections" in on else 2 if "reflections" in on else 1
     path = maps(picture.scene)["path"][:, :, column]
-    wide = np.pad(path, 1, mode="edge")
-    height, width = path.shape
-    same = np.ones(path.shape, bool)
-    for j in range(3):
-        for i in range(3):
-            same &= wide[j : j + height, i : i + width] == path
+    same: Mask = ~find_boundaries(path, connectivity=2, mode="thick")
     return same
 
 
