@@ -81,7 +81,7 @@ def test_shared_environment_without_packages(tmp_path: Path) -> None:
     run(sys.executable, "-m", "venv", "--without-pip", str(place), cwd=tmp_path)
     command = ("sh", "grader/setup/environment.sh", "grade")
     done = run(*command, cwd=ROOT, MRT_ENV=str(place), MRT_LANG="en")
-    names = "cffi, pycparser, numpy, pytest, rich, jinja2, pillow"
+    names = "cffi, pycparser, numpy, pytest, rich, scipy, scikit-image, jinja2, pillow"
     names += ", tomli" * (sys.version_info < (3, 11))
     assert done.returncode == 1
     assert done.stderr.startswith(f"MRT_ENV={place}: it lacks {names}. ")
