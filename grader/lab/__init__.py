@@ -1,13 +1,14 @@
 """What the notebooks are written with: see `Core`, and each function's own help.
 
-    from grader.lab import Core, check, compare, figure, help_card, inspect, new_figure, predict
-    from grader.lab import predicted, progress, show, slider, source
+    from grader.lab import Core, check, compare, figure, help_card, inspect, live, new_figure
+    from grader.lab import predict, predicted, progress, show, slider, source
 
     core = Core()                        # the C functions: core.fill_red(img), core.render(scene=0)
     show(core.figure("figure_4"))        # a picture on axes
     compare(core.figure("figure_4"), "figure_4")
     check("TP2.4")                       # what the grader says
     inspect(0, (150, 70))                # why a pixel is its colour
+    live(0)                              # a picture that follows the files
 
 Each returns what the cell shows when it is the cell's last expression. What goes wrong in the C
 code ends the cell with a card, not the notebook.
@@ -29,6 +30,7 @@ from grader.lab.display import stopped
 from grader.lab.display.picture import Picture, figure, new_figure, show
 from grader.lab.display.stopped import Stopped
 from grader.lab.inspector import inspect
+from grader.lab.live import live
 from grader.sandbox import scratch
 
 __all__ = [
@@ -40,6 +42,7 @@ __all__ = [
     "figure",
     "help_card",
     "inspect",
+    "live",
     "new_figure",
     "predict",
     "predicted",

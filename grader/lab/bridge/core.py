@@ -77,9 +77,11 @@ class _Wanted:
 class Core(Constructor):
     """The C code of one folder: see the module's own text for what it is used like."""
 
-    def __init__(self, path: str | os.PathLike[str] | None = None) -> None:
+    def __init__(
+        self, path: str | os.PathLike[str] | None = None, *, engine: Engine | None = None
+    ) -> None:
         self.size: Size = DEFAULT_SIZE
-        self._engine = Engine(core_folder(path))
+        self._engine = engine or Engine(core_folder(path))
         self._scene = _Wanted()
         self._options: dict[str, Any] = {}
 

@@ -35,9 +35,10 @@ from grader.intake.records import Submission
 from grader.intake.submission import read_submission
 from grader.lab.bridge.saves import SAVES
 from grader.lab.display import error_cards
+from grader.lab.display.card import Shown
 from grader.lab.display.links import outputs
 from grader.lab.display.stopped import Stopped, display
-from grader.lab.display.words import texts
+from grader.lab.display.words import say, texts
 
 T = TypeVar("T")
 
@@ -68,6 +69,7 @@ class OpenSession:
     core: runner.Library
     session: Session
     closing: ExitStack
+    seconds: float  # that a call may take
     placed: object = None  # what the scene was last set to; Core compares it
     options: dict[str, Any] = field(default_factory=dict)  # that were last set
     defaults: Any = None  # C's own, as an array
@@ -84,8 +86,16 @@ def last_engine() -> Engine | None:
 class Engine:
     """The builds and the sessions of one folder of C files."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(
+        self, folder: Path, *, apart: bool = False, display: Callable[[Shown], object] = display
+    ) -> None:
+        """Remember the folder; nothing is built yet.
+
+        `apart` is one that a thread of its own uses: `last_engine` never gives it. `display` is
+        given what is to be said while the code runs: what it prints, and what is odd of the files.
+        """
         self.folder = folder
+        self._apart, self._display = apart, display
         self.seconds: float | None = None  # of one call; None: by the picture's size
         self._marks: Marks = ()
         self._files: Mapping[str, bytes] = {}
@@ -97,7 +107,8 @@ class Engine:
         self._stack = ExitStack()
         self._worker: WorkerProcess | None = None
         self._cores: dict[str, runner.Library] = {}  # by library, of this worker
-        _latest[:] = [weakref.ref(self)]
+        if not apart:
+            _latest[:] = [weakref.ref(self)]
         atexit.register(self.close)  # the sessions end before their worker
 
     def close(self) -> None:
@@ -129,7 +140,8 @@ class Engine:
             try:
                 return act(stage)
             finally:
-                error_cards.tell_printed(stage.session)
+                if printed := error_cards.printed(stage.session):
+                    self._display(printed)
         except Died as error:
             self._drop(target)
             self._again |= error.death.cause in OUT_OF_TIME
@@ -140,7 +152,9 @@ class Engine:
         self.refresh()
         try:
             with self._telling(""):
-                if target not in self._stages:
+                started = self._stages.get(target)
+                if started is None or started.seconds != self.limit(target):
+                    self._drop(target)
                     self._start(target)
         except KeyboardInterrupt:
             raise Stopped(error_cards.sentence("lab.build_stopped"), by_hand=True) from None
@@ -195,12 +209,18 @@ class Engine:
         self._submission = submission
         return True
 
+    @property
+    def is_endless(self) -> bool:
+        """Whether a call has run out of time since the files were saved."""
+        return self._again
+
     def _judged(self, target: Target) -> BuildResult:
         """Return what was built, with all the student's files. Raises Stopped."""
         result = self._built(target)
         if result.status is not BuildStatus.BUILT or result.rejected:
             self.errors = result.log
-            raise Stopped(error_cards.not_built(self.folder, result))
+            head = say("not_built_live" if self._apart else "not_built")
+            raise Stopped(error_cards.not_built(self.folder, result, head))
         return result
 
     def _start(self, target: Target) -> None:
@@ -209,9 +229,9 @@ class Engine:
             self._drop(next(iter(self._stages)))
         core = self._core(result)
         closing = ExitStack()
-        limits = Limits(cpu=self.limit(target), each_call=True)
-        session = closing.enter_context(core.session(limits))
-        self._stages[target] = OpenSession(core, session, closing)
+        seconds = self.limit(target)
+        session = closing.enter_context(core.session(Limits(cpu=seconds, each_call=True)))
+        self._stages[target] = OpenSession(core, session, closing, seconds)
 
     def _built(self, target: Target) -> BuildResult:
         if target not in self._builds:
@@ -227,7 +247,7 @@ class Engine:
         if said != self._said:
             self._said = said
             for each in said:
-                display(error_cards.remark(each))
+                self._display(error_cards.remark(each))
 
     def _core(self, result: BuildResult) -> runner.Library:
         """Return a library made known to the worker."""

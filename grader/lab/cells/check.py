@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -20,7 +21,7 @@ from grader.execution.worker_process import MachineError
 from grader.intake.submission import read_submission
 from grader.lab.bridge.engine import marks
 from grader.lab.bridge.saves import SAVES
-from grader.lab.cells import record
+from grader.lab.cells import album, record
 from grader.lab.display import error_cards
 from grader.lab.display.card import Shown, capital, card, code, escape, fold, note, stack
 from grader.lab.display.links import core_folder, link, outputs
@@ -39,8 +40,10 @@ SYMBOLS = {
     Outcome.ERROR: "?",
 }
 _CALM = (Outcome.TODO, Outcome.BLOCKED)
+WRONG = (Outcome.FAILED, Outcome.CRASHED, Outcome.TIMEOUT, Outcome.ERROR)
 _NOTHING_TO_DO = (Outcome.PASSED, Outcome.BLOCKED)
 HINTS = (2, 3)
+_JUDGING = threading.Lock()  # pytest runs once at a time in a process
 
 
 @dataclass(frozen=True)
@@ -61,7 +64,11 @@ class Judge:
         self._stack = ExitStack()
 
     def judge(self, exercise: Exercise) -> Judged:
-        """Run the checks of an exercise. Raises Stopped."""
+        """Run the checks of an exercise, when no other thread does. Raises Stopped."""
+        with _JUDGING:
+            return self._judge(exercise)
+
+    def _judge(self, exercise: Exercise) -> Judged:
         from grader.evaluation.pipeline import run_checks
 
         try:
@@ -82,6 +89,8 @@ class Judge:
         judged = Judged(result, tuple(each for each in checks if each.exercise == exercise.id))
         self.done[exercise.id] = judged
         record.keep(result)
+        if result.outcome is Outcome.PASSED:
+            album.keep(exercise, libraries)
         return judged
 
     def close(self) -> None:
@@ -147,16 +156,7 @@ def _exercise(name: str) -> Exercise:
 def shown(judged: Judged) -> Shown:
     """Return the card of an exercise: what is wrong in full, the rest in a line each."""
     result = judged.result
-    head = say(
-        "judged",
-        symbol=SYMBOLS[result.outcome],
-        id=result.id,
-        function=result.function,
-        title=result.title,
-        outcome=texts().say(f"outcome.{result.outcome.value}"),
-        points=_points(result),
-    )
-    parts = [Shown(f"<b>{escape(head)}</b>", head)]
+    parts = [head(result)]
     if result.outcome is Outcome.TODO:
         calm = say("to_do", file=result.file)
         parts.append(Shown(f"<p>{escape(calm)}</p>", calm))
@@ -166,6 +166,20 @@ def shown(judged: Judged) -> Shown:
     tone = "good" if result.outcome is Outcome.PASSED else "plain"
     tone = tone if result.outcome in (Outcome.PASSED, *_CALM) else "bad"
     return card(inside.html, inside.text.replace("\n\n", "\n"), tone)
+
+
+def head(result: ExerciseResult) -> Shown:
+    """Return the line on an exercise: its outcome and its points."""
+    line = say(
+        "judged",
+        symbol=SYMBOLS[result.outcome],
+        id=result.id,
+        function=result.function,
+        title=result.title,
+        outcome=texts().say(f"outcome.{result.outcome.value}"),
+        points=_points(result),
+    )
+    return Shown(f"<b>{escape(line)}</b>", line)
 
 
 def _points(result: ExerciseResult) -> str:

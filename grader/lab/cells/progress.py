@@ -11,7 +11,7 @@ from grader.course import exercises
 from grader.evaluation.records import CheckResult, Outcome
 from grader.lab.bridge.engine import Engine, last_engine
 from grader.lab.bridge.saves import SAVES
-from grader.lab.cells import record
+from grader.lab.cells import album, record
 from grader.lab.cells.check import JUDGE, SYMBOLS, explained, next_step
 from grader.lab.cells.source import coloured, find
 from grader.lab.display.card import Shown, card, code, escape, stack, table
@@ -24,11 +24,16 @@ _BAD = (Outcome.FAILED, Outcome.CRASHED, Outcome.TIMEOUT)
 
 
 def progress() -> Shown:
-    """Return every exercise with what is known of it, the points of each TP, and the next step."""
+    """Return every exercise with what is known of it, the points of each TP, and the next step.
+
+    And the pictures that the code drew on the way.
+    """
     found = record.known()
     heads = [say(f"column.{name}") for name in ("id", "function", "title", "outcome", "points")]
     rows = table([*heads, say("column.when")], [_row(each) for each in found])
-    return stack([rows, _line(_by_tp(found)), *next_step(record.following(found))])
+    pictures = album.strip()
+    own = [pictures] if pictures else []
+    return stack([rows, _line(_by_tp(found)), *own, *next_step(record.following(found))])
 
 
 def _row(known: record.Known) -> list[Shown | str]:

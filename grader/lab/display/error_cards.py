@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import sys
 from pathlib import Path
 
 from grader.build import diagnostics
@@ -14,6 +13,7 @@ from grader.execution.records import Death
 from grader.execution.session import Session
 from grader.lab.display.card import Shown, card, code, escape, note, stack
 from grader.lab.display.links import link
+from grader.lab.display.stopped import Printed
 from grader.lab.display.words import say, texts
 
 MAX_ERRORS = 3
@@ -33,10 +33,9 @@ def remark(text: str) -> Shown:
     return note(text)
 
 
-def not_built(folder: Path, result: BuildResult) -> Shown:
-    """Return the compiler's first errors: place, meaning, source line and caret."""
+def not_built(folder: Path, result: BuildResult, head: str) -> Shown:
+    """Return the compiler's first errors below a sentence: place, meaning, line and caret."""
     errors = diagnostics.errors(result.log)
-    head = say("not_built", count=len(errors))
     parts = [_error(folder, each) for each in errors[:MAX_ERRORS]]
     if not errors:
         parts = _elsewhere(folder, result.log)
@@ -81,15 +80,15 @@ def excerpt(folder: Path, location: str) -> Shown | None:
     return Shown(f"{place.html}{code(text)}", text)
 
 
-def tell_printed(session: Session) -> None:
-    """Show what the code has printed since it was last asked, as plain text."""
+def printed(session: Session) -> Printed | None:
+    """Return what the code has printed since it was last asked, if anything."""
     # The loader's own line has no place in a cell: the card names the function that is missing.
     lines = [each for each in session.printed_since().splitlines() if _LOADER not in each]
     kept = [line[:MAX_COLUMNS] for line in lines[:MAX_LINES]]
     if len(lines) > MAX_LINES:
         kept.append(say("more", count=len(lines) - MAX_LINES))
-    if kept:
-        sys.stdout.write("\n".join(kept) + "\n")
+    text = "\n".join(kept)
+    return Printed(code(text), text) if kept else None
 
 
 def _ended(folder: Path, text: str, location: str) -> Shown:

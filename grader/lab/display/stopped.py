@@ -9,6 +9,10 @@ from typing import Any
 from grader.lab.display.card import Shown
 
 
+class Printed(Shown):
+    """What C code has printed; a cell shows it as plain text."""
+
+
 class Stopped(Exception):
     """The student's code could not be built, or did not come back; `shown` says it.
 
@@ -50,7 +54,7 @@ def install() -> bool:
 
 def display(shown: Shown) -> None:
     """Show something at once, in the cell that runs; on a terminal, its text."""
-    if _shell() is None:
+    if _shell() is None or isinstance(shown, Printed):
         sys.stdout.write(f"{shown.text}\n")
         return
     from IPython.display import display as show
