@@ -52,6 +52,7 @@ class Judged:
 
     result: ExerciseResult
     checks: tuple[CheckResult, ...]
+    is_whole: bool = True  # whether all the checks were run
 
 
 class Judge:
@@ -63,17 +64,21 @@ class Judge:
         self._libraries: Libraries | None = None
         self._stack = ExitStack()
 
-    def judge(self, exercise: Exercise) -> Judged:
-        """Run the checks of an exercise, when no other thread does. Raises Stopped."""
-        with _JUDGING:
-            return self._judge(exercise)
+    def judge(self, exercise: Exercise, only: str = "") -> Judged:
+        """Run the checks of an exercise, or one of them; when no other thread does.
 
-    def _judge(self, exercise: Exercise) -> Judged:
+        Raises Stopped.
+        """
+        with _JUDGING:
+            return self._judge(exercise, only)
+
+    def _judge(self, exercise: Exercise, only: str) -> Judged:
         from grader.evaluation.pipeline import run_checks
 
         try:
             libraries = self._open(core_folder(), sizes_for(exercise.tp))
-            rules, chosen = manifest.load(), [each.id for each in exercise.checks]
+            rules = manifest.load()
+            chosen = [only] if only else [each.id for each in exercise.checks]
             findings = run_checks(libraries, rules, exercise.tp, chosen)
         except UserError as error:
             raise Stopped(error_cards.sentence(error.key, **error.values)) from None
@@ -86,11 +91,12 @@ class Judge:
         }
         checks, results = grade(findings, rules, texts(), rejected=rejected)
         result = next(each for each in results if each.id == exercise.id)
-        judged = Judged(result, tuple(each for each in checks if each.exercise == exercise.id))
-        self.done[exercise.id] = judged
-        record.keep(result)
-        if result.outcome is Outcome.PASSED:
-            album.keep(exercise, libraries)
+        own = tuple(each for each in checks if each.exercise == exercise.id)
+        self.done[exercise.id] = judged = Judged(result, own, not only)
+        if not only:
+            record.keep(result)
+            if result.outcome is Outcome.PASSED:
+                album.keep(exercise, libraries)
         return judged
 
     def close(self) -> None:
@@ -115,9 +121,10 @@ JUDGE = Judge()
 def check(*exercises: str) -> Checked:
     """Run the grader's checks of exercises, such as "TP2.4"; return what they say.
 
-    The files are judged as they are saved. Raises Stopped, for an exercise that does not exist too.
+    Or one check by its name, such as "tp4.octree.overlap". The files are judged as they are saved.
+    Raises Stopped, for an exercise that does not exist too.
     """
-    judged = [JUDGE.judge(_exercise(each)) for each in exercises]
+    judged = [JUDGE.judge(*_asked(each)) for each in exercises]
     whole = stack([*(shown(each) for each in judged), *_after(judged)])
     pixels = tuple(pixel for each in judged for pixel in _pixels(each.checks)[:1])
     return Checked(whole.html, whole.text, pixels)
@@ -126,6 +133,8 @@ def check(*exercises: str) -> Checked:
 def _after(judged: Sequence[Judged]) -> list[Shown]:
     """Return what comes next, unless something is wrong or to do, which the cards say."""
     if not all(each.result.outcome in _NOTHING_TO_DO for each in judged):
+        return []
+    if not judged[-1].is_whole:
         return []
     waits_for = [name for each in judged for check in each.checks for name in check.waits_for]
     return next_step(record.after(record.known(), judged[-1].result.id, waits_for))
@@ -139,6 +148,14 @@ def next_step(exercise: Exercise | None) -> list[Shown]:
     told = say("next", **names)
     book = link(ROOT / "notebooks" / texts().language / f"TP{exercise.tp}.ipynb")
     return [Shown(f"<p>{escape(told)} {book.html}</p>", f"{told} {book.text}")]
+
+
+def _asked(name: str) -> tuple[Exercise, str]:
+    """Return an exercise, and the one check that is meant; "": all of them. Raises Stopped."""
+    rules = manifest.load()
+    if found := rules.checks().get(name):
+        return rules.exercise(found.exercise), name
+    return _exercise(name), ""
 
 
 def _exercise(name: str) -> Exercise:
@@ -156,7 +173,7 @@ def _exercise(name: str) -> Exercise:
 def shown(judged: Judged) -> Shown:
     """Return the card of an exercise: what is wrong in full, the rest in a line each."""
     result = judged.result
-    parts = [head(result)]
+    parts = [head(result, is_whole=judged.is_whole)]
     if result.outcome is Outcome.TODO:
         calm = say("to_do", file=result.file)
         parts.append(Shown(f"<p>{escape(calm)}</p>", calm))
@@ -168,10 +185,10 @@ def shown(judged: Judged) -> Shown:
     return card(inside.html, inside.text.replace("\n\n", "\n"), tone)
 
 
-def head(result: ExerciseResult) -> Shown:
-    """Return the line on an exercise: its outcome and its points."""
+def head(result: ExerciseResult, *, is_whole: bool = True) -> Shown:
+    """Return the line on an exercise, its outcome and its points; a part of one has no points."""
     line = say(
-        "judged",
+        "judged" if is_whole else "judged_part",
         symbol=SYMBOLS[result.outcome],
         id=result.id,
         function=result.function,

@@ -29,6 +29,7 @@ LARGE_PIXELS = (48, 27)  # of the map of tests: each pixel is a call of its own
 MOST_NODES, DEEPEST = 3000, 24  # read of a student's tree, which may hold a loop
 COUNTS = (4, 16, 64, 256, 1024, 4096, 16384)  # spheres
 PROBES = 300  # rays, for each count
+EYE, SPAN = (-2.4, 0.0), 6.0  # of the slabs' ray: its origin, and how far it is drawn
 BOX_EDGES = [(a, b) for a, b in product(range(8), repeat=2) if b > a and (a ^ b) in (1, 2, 4)]
 Boxes = list[tuple[int, Array, int]]  # depth, corners (2, 3), objects of a leaf or -1
 
@@ -63,6 +64,49 @@ def quadtree(cuts: int = 2, leaf: int = 2) -> Shown:
     axes.set(xlim=(-0.02, 1.02), ylim=(-0.02, 1.02), aspect="equal", xticks=[], yticks=[])
     axes.set_title(sentence("tp4.quadtree_title", **values), fontsize=10)
     return figure(drawn, sentence("tp4.quadtree_alt", cuts=cuts, **values))
+
+
+def slabs(angle: int = 20, height: float = 0.0) -> Shown:
+    """Show a ray and a box as two pairs of parallel lines: it meets what lies between both.
+
+    Parameters
+    ----------
+    angle : int
+        Between the ray and the axis x, degrees.
+    height : float
+        Of the ray's origin; the box goes from -1 to 1 both ways.
+    """
+    origin = np.array([EYE[0], height])
+    direction = np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle))])
+    spans = [_between(*pair) for pair in zip(origin, direction, strict=True)]
+    enter, leave = max(a for a, _ in spans), min(b for _, b in spans)
+    drawn, (plan, line) = new_figure(2, 1, (8, 3.8))
+    plan.add_patch(Rectangle((-1, -1), 2, 2, facecolor=LIGHT[1], edgecolor=GREY))
+    plan.axline(origin, origin + direction, color=GREY, lw=1.5)
+    for (a, b), color, low, name in zip(spans, (BLUE, ORANGE), (1, 0), "xy", strict=True):
+        line.broken_barh([(a, b - a)], (low + 0.15, 0.7), color=color)
+        line.text(-0.2, low + 0.5, name, ha="right", va="center")
+        for t in (a, b):
+            plan.plot(*(origin + t * direction), "o", color=color, mec="black")
+    if meets := enter <= leave:
+        line.axvspan(enter, leave, facecolor="none", edgecolor="black", hatch="//")
+    title = sentence("tp4.slabs_hit" if meets else "tp4.slabs_miss", **_told(enter, leave))
+    plan.set(xlim=(-2.6, 2.6), ylim=(-2.2, 2.2), aspect="equal", xlabel="x", ylabel="y")
+    line.set(xlim=(0, SPAN), ylim=(0, 2), yticks=[], xlabel="t")
+    drawn.suptitle(title)
+    return figure(drawn, sentence("tp4.slabs_alt", angle=angle, title=title))
+
+
+def _between(origin: float, direction: float) -> tuple[float, float]:
+    """Return the t at which a ray passes -1 and 1 along one axis, the smaller first."""
+    if abs(direction) < 1e-9:  # along the lines: between them all the way, or never
+        return (0.0, SPAN) if abs(origin) <= 1 else (SPAN, 0.0)
+    first, second = (-1 - origin) / direction, (1 - origin) / direction
+    return min(first, second), max(first, second)
+
+
+def _told(enter: float, leave: float) -> dict[str, str]:
+    return {"enter": digits(enter, 3), "leave": digits(leave, 3)}
 
 
 def _cut(

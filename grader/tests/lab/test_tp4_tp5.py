@@ -69,6 +69,23 @@ def test_a_quadtree_lists_every_disc(monkeypatch: pytest.MonkeyPatch) -> None:
     assert int(found[1]) > 14
 
 
+@pytest.mark.parametrize(
+    ("angle", "height", "words"),
+    [
+        (0, 0.0, "within both slabs from t = 1.4 to t = 3.4"),
+        (0, 1.5, "the box is missed"),
+        (45, 0.0, "the box is missed"),
+        (45, -1.0, "within both slabs from t = 1.98 to t = 2.83"),
+    ],
+)
+def test_a_box_is_two_slabs(
+    monkeypatch: pytest.MonkeyPatch, angle: int, height: float, words: str
+) -> None:
+    """A ray crosses it where it is between the lines both ways; along an axis too."""
+    monkeypatch.setenv("MRT_LANG", "en")
+    assert words in tp4_octree.slabs(angle, height).text
+
+
 @pytest.mark.parametrize(("x", "barred"), [(-0.4, True), (-1.7, False), (2.0, False)])
 def test_only_what_stands_before_the_light_bars_it(core: Core, x: float, barred: bool) -> None:
     """At -0.4 a ball stands in the way; at -1.7 one stands beyond the light, in line."""
