@@ -15,6 +15,7 @@ from grader.checking.pictures.measure import Floats, outside
 from grader.checking.pictures.places import Place
 from grader.checking.pictures.plan import ExpectedPicture
 from grader.checking.pictures.regions import read_maps
+from grader.checking.pictures.views import BESIDE
 from grader.checking.pictures.worst_pixels import worth_a_look
 from grader.checking.shapes import Mask
 from grader.lab.display.card import Shown, escape
@@ -131,12 +132,14 @@ def _drawn(
 
 
 def _box(axes: Axes, place: Place, number: str) -> None:
-    """Draw a place's box with its number."""
-    bottom, left, top, right = place.box
+    """Draw a box beside a place, and its number."""
+    bottom, left, top, right = np.array(place.box) + BESIDE * np.array((-1, -1, 1, 1)) - 0.5
+    left, right = np.clip((left, right), *axes.get_xlim())
+    bottom, top = np.clip((bottom, top), *axes.get_ylim())
     corners = ([left, right, right, left, left], [bottom, bottom, top, top, bottom])
-    axes.plot(*(np.array(each) - 0.5 for each in corners), color="white", linewidth=1.2)
+    axes.plot(*corners, color="white", linewidth=1.2, clip_on=False)
     label = {"boxstyle": "round,pad=0.15", "fc": "white", "ec": "0.4"}
-    axes.annotate(number, (left, top), fontsize=8, bbox=label, annotation_clip=False)
+    axes.annotate(number, (left, top), fontsize=8, bbox=label)
 
 
 def _title(name: str) -> str:

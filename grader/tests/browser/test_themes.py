@@ -12,11 +12,13 @@ from grader.tests.browser.chromium import screenshot
 from grader.tests.browser.jupyter import DOT, BrowserSession
 
 CELLS = [
-    'from grader.lab import Core, check, help_card, inspect, progress, source\nsource("shade")',
+    "from grader.lab import Core, check, compare, help_card, inspect, progress, source\n"
+    'source("shade")',
     'check("TP3.2")',
     "help_card()",
     "progress()",
     "core = Core()\ncore.plane((0, 1, 0), 0.2)",
+    'img = core.figure("figure_4")\nimg[20:40, 30:60] = 1\ncompare(img, "figure_4")',
     "inspect(0, (160, 60))",
 ]
 WIDE, PHONE = {"width": 1400, "height": 1000}, {"width": 390, "height": 800}
