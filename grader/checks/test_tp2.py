@@ -213,7 +213,7 @@ def test_intersect_plane_parallel(student: Student) -> None:
 @pytest.mark.check("tp2.intersect_plane.miss")
 def test_intersect_plane_miss(student: Student) -> None:
     """On a miss, nothing changes."""
-    solids.check_refusals(student, "intersect_plane", "behind", "parallel")
+    solids.check_refusals(student, "intersect_plane", "behind", "parallel", "range")
 
 
 @pytest.mark.check("tp2.intersect_plane.only")
@@ -291,7 +291,7 @@ def test_intersect_sphere_behind(student: Student) -> None:
 @pytest.mark.check("tp2.intersect_sphere.miss")
 def test_intersect_sphere_miss(student: Student) -> None:
     """When the ray passes by, nothing changes."""
-    solids.check_refusals(student, "intersect_sphere", "meets", "behind")
+    solids.check_refusals(student, "intersect_sphere", "meets", "behind", "range")
 
 
 @pytest.mark.check("tp2.intersect_sphere.only")

@@ -57,7 +57,7 @@ def test_intersect_cylinder_material(student: Student) -> None:
 @pytest.mark.check("tp2.intersect_cylinder.miss")
 def test_intersect_cylinder_miss(student: Student) -> None:
     """When the ray misses, nothing changes."""
-    solids.check_refusals(student, "intersect_cylinder", "behind", "meets")
+    solids.check_refusals(student, "intersect_cylinder", "behind", "meets", "range")
 
 
 @pytest.mark.check("tp2.intersect_cylinder.only")
@@ -116,7 +116,7 @@ def test_intersect_cone_material(student: Student) -> None:
 @pytest.mark.check("tp2.intersect_cone.miss")
 def test_intersect_cone_miss(student: Student) -> None:
     """When the ray misses, nothing changes."""
-    solids.check_refusals(student, "intersect_cone", "behind", "meets")
+    solids.check_refusals(student, "intersect_cone", "behind", "meets", "range")
 
 
 @pytest.mark.check("tp2.intersect_cone.only")

@@ -99,16 +99,22 @@ def test_shade_back(student: Student) -> None:
     """A light behind the surface gives black; one along it does not."""
     expect_lit(student, "shade.diffuse")
     check_results(student, "shade.back")
-    for trial in student.trials("shade.grazing"):
+    expect_some_light(student, "shade.grazing")
+
+
+def expect_some_light(student: Student, suite: str) -> None:
+    """Raise Wrong where nothing but black is sent; how much it is, is another check's question."""
+    for trial in student.trials(suite):
         dark = np.asarray(~trial.got("result").any(axis=1))
         trial.complain(dark, "failure.result", **told(trial))
 
 
 @pytest.mark.check("tp3.shade.far_lobe")
 def test_shade_far_lobe(student: Student) -> None:
-    """When h.n is negative the lobe adds nothing."""
+    """The lobe adds nothing when h.n is negative, and counts when it is positive."""
     expect_lit(student, "shade.lobe")
     check_results(student, "shade.far_lobe")
+    expect_some_light(student, "shade.from_below")
 
 
 @pytest.mark.check("tp3.shade.shininess")

@@ -13,7 +13,7 @@ from grader.checking.describe import number, setting
 from grader.checking.expected_data import Answer, Batch
 from grader.checking.student import Answers, Bench, Student, Wrong, without_answers
 from grader.checks import solids
-from grader.checks.common import check_results
+from grader.checks.common import check_results, met_alone
 from grader.execution.session import Address
 
 # ---- TP4.B1: the octree -------------------------------------------------------------------------
@@ -60,13 +60,24 @@ def test_octree_overlap(student: Student) -> None:
 
 @pytest.mark.check("tp4.octree.tall")
 def test_octree_tall(student: Student) -> None:
-    """A cylinder or a cone that reaches into a box overlaps it, be it by its rim or its tip."""
+    """A cylinder or a cone that reaches into a box overlaps it, and the tree finds it."""
     for trial in student.trials("octree.overlap"):
         right, kinds = trial.batch.answers[0].result, trial.batch.args["obj"]["type"]
         assert right is not None
         if trial.got("result")[~right & (kinds != PLANE)].all():  # however far it is
             trial.expect("result")
     check_results(student, "octree.tall")
+    for batch in student.batches("octree.kinds"):
+        with student.bench() as bench:
+            try:
+                trial = walk(bench, batch)
+            except Wrong:  # whether there is a tree is asked elsewhere
+                return
+            # A cylinder may not be written yet, or be wrong.
+            alone = met_alone(bench, batch, batch.args["r"])
+        own = Answer(alone.count > 0, {"r": alone.rays, "it": alone.hits})
+        one = alone.sound & (alone.count == 1)
+        replace(trial, batch=replace(batch, answers=(own,))).expect("result", "r.tmax", where=one)
 
 
 @pytest.mark.check("tp4.octree.hits")

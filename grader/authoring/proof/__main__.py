@@ -29,6 +29,7 @@ from grader.report.results import write
 PARTS = {
     "nothing": "nothing",
     "contracts": "contracts",
+    "slips": "slips",
     "known": "known",
     "cases": "cases",
     "half_written": "half_written",

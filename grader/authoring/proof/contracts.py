@@ -2,20 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from itertools import groupby
-from pathlib import Path
+from collections.abc import Iterable, Mapping
 
+from grader.authoring.proof.edits import caught
 from grader.authoring.proof.grades import GradeCache
-from grader.authoring.proof.mutants_changes import Mutant
-from grader.authoring.proof.mutants_family import Kit, opened
-from grader.authoring.proof.mutants_judging import fails
 from grader.authoring.proof.parts import Part, sampled
 from grader.authoring.specimens import contracts, mistakes
-from grader.authoring.specimens.contracts import Breach, Contracts
-from grader.course import exercises
-
-FAMILY = 30  # breaches of a function that are compiled together, at most
+from grader.authoring.specimens.contracts import Contracts
 
 
 def run(grade_cache: GradeCache, sample: int | None = None) -> Part:
@@ -24,39 +17,6 @@ def run(grade_cache: GradeCache, sample: int | None = None) -> Part:
     chosen = sampled(table.breaches, sample)
     found = dict(caught(chosen, grade_cache.folder / "contracts"))
     return report(table, {each.id: found[each.id] for each in chosen}, sample is None)
-
-
-def caught(chosen: Sequence[Breach], cache: Path) -> Iterator[tuple[str, str]]:
-    """Yield the id of each breach, and the check of its exercise that fails; "" when none.
-
-    `cache` is a folder of builds that nothing else uses.
-    """
-    rows = sorted(((mutant(each), each) for each in chosen), key=lambda row: row[0].function)
-    for _, family in groupby(rows, key=lambda row: row[0].function):
-        listed = list(family)
-        for k in range(0, len(listed), FAMILY):
-            yield from _of_family(dict(listed[k : k + FAMILY]), cache)
-
-
-def _of_family(rows: Mapping[Mutant, Breach], cache: Path) -> Iterator[tuple[str, str]]:
-    with opened([*rows], cache) as (kit, built):
-        for number, each in enumerate(built, 1):
-            kit.choose(number)
-            yield rows[each].id, _failing(kit, rows[each].exercise)
-        for each in rows.keys() - {*built}:
-            yield rows[each].id, ""
-
-
-def _failing(kit: Kit, exercise: str) -> str:
-    """Return the first check of an exercise that costs points, pictures aside."""
-    own = exercises.load().exercise(exercise).checks
-    return next((each.id for each in own if not each.is_picture and fails(kit, each)), "")
-
-
-def mutant(breach: Breach) -> Mutant:
-    """Return a breach as a mutant of its function. Raises PatchError."""
-    file, written = breach.written()
-    return Mutant(file, breach.function, 0, "breach", breach.before, breach.after, written)
 
 
 def report(table: Contracts, found: Mapping[str, str], whole: bool = True) -> Part:

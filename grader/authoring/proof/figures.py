@@ -23,6 +23,7 @@ KEYS = (
     *("mutants", "equivalent", "mutation_score", "mutation_score_worst_function"),
     *("variants", "variants_full", "runs", "flaky"),
     *("sentences", "sentences_broken", "breaches", "breaches_caught", "cases", "cases_fair"),
+    *("slips", "slips_caught"),
 )
 PROOF = FOLDER / "proof.json"
 README = ROOT / "README.md"
@@ -84,6 +85,10 @@ _LINES = (
         "{sentences:.0f} sentences of the contracts",
         "{sentences_broken:.0f} can be broken: {breaches_caught:.0f} of {breaches:.0f} programs"
         " that break one, and nothing else, lose points there",
+    ),
+    (
+        "{slips:.0f} mistakes that students may well make",
+        "{slips_caught:.0f} lose points in their own exercise",
     ),
     (
         "{cases:.0f} programs from outside",

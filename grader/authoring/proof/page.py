@@ -25,6 +25,8 @@ NAMES = {
     "sentences_broken": "that a program can break",
     "breaches": "programs that break one",
     "breaches_caught": "that lose points there",
+    "slips": "mistakes that students may well make",
+    "slips_caught": "that lose points in their own exercise",
     "cases": "programs from outside",
     "cases_fair": "that lose what they deserve to lose",
     "pairs": "pairs of mistakes",

@@ -14,9 +14,8 @@ from pathlib import Path
 from typing import Any
 
 from grader.authoring.specimens import patches
-from grader.authoring.specimens.patches import PatchError
+from grader.authoring.specimens.edits import FunctionEdit
 from grader.course.exercises import CORE, ManifestError, read_toml
-from grader.intake import definitions
 
 TABLE = patches.REFERENCE / "contracts.toml"
 HEADER = CORE / "exercises.h"
@@ -27,34 +26,10 @@ _END = re.compile(r"(?<=[.;])\s+(?=\S)")
 _ASIDE = ("Handout ", "Check: ")  # where to read more, and the command that judges
 
 
-@dataclass(frozen=True)
-class Breach:
+class Breach(FunctionEdit):
     """The reference with one sentence of a contract broken."""
 
-    id: str
-    exercise: str
-    function: str
-    before: str
-    after: str
-
-    def written(self) -> tuple[str, str]:
-        """Return the file of the function, and the function with the change. Raises PatchError."""
-        for name, text in patches.reference().items():
-            if own := _function(name, text, self.function):
-                if (count := own.count(self.before)) != 1:
-                    raise PatchError(
-                        f"{TABLE.name}: {self.id}: what comes before stands {count} times in"
-                        f" {self.function}; it must stand once"
-                    )
-                return name, own.replace(self.before, self.after)
-        raise PatchError(f"{TABLE.name}: {self.id}: the reference has no function {self.function}")
-
-    def files(self) -> dict[str, str]:
-        """Return the reference's files with the change. Raises PatchError."""
-        files = patches.reference()
-        name, written = self.written()
-        files[name] = files[name].replace(_function(name, files[name], self.function), written)
-        return files
+    listed_in = TABLE.name
 
 
 @dataclass(frozen=True)
@@ -129,9 +104,3 @@ def _items(body: str) -> Iterator[str]:
 def _joined(parts: Sequence[str]) -> list[str]:
     text = " ".join(parts).strip()
     return [text] if text else []
-
-
-def _function(file: str, text: str, name: str) -> str:
-    """Return the text of a function of a file, "" when it is not there."""
-    found = definitions.find(name, {file: text})
-    return found.text if found else ""

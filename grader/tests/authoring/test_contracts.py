@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from grader.authoring.proof import contracts as proof
+from grader.authoring.proof.edits import caught
 from grader.authoring.specimens import contracts, variants
 from grader.authoring.specimens.contracts import Breach
 from grader.authoring.specimens.patches import PatchError
@@ -69,7 +70,7 @@ FUNCTIONS = sorted({each.function for each in TABLE.breaches})
 def test_what_breaks_a_sentence_is_caught(function: str, tmp_path: Path) -> None:
     """By a check of the exercise that the sentence is of."""
     chosen = [each for each in TABLE.breaches if each.function == function]
-    found = dict(proof.caught(chosen, tmp_path))
+    found = dict(caught(chosen, tmp_path))
     assert [name for name, check in found.items() if not check] == []
     assert found.keys() == {each.id for each in chosen}
 

@@ -26,6 +26,7 @@ from grader.authoring.proof import (
     page,
     pairs,
     right,
+    slips,
     solver,
 )
 from grader.authoring.proof.figures import KEYS, FiguresError
@@ -322,6 +323,7 @@ def test_every_figure_has_a_name() -> None:
         changes.report(mutants_report(9, 0)),
         cases.report([]),
         contracts.report(Contracts((), ()), {}),
+        slips.report([]),
     ]
     assert {key for each in made for key in each.figures} == set(page.NAMES)
 

@@ -50,13 +50,19 @@ def _asked(make: Callable[[Maker], Batch], m: Maker) -> list[Question]:
 
 
 def _entering(m: Maker) -> Batch:
-    return _refracted(m, *arriving(m, CASES, 0.05))
+    """Return rays that enter, some of them what is thinner than the outside."""
+    normal, direction = arriving(m, CASES, 0.05)
+    batch = _refracted(m, normal, direction)
+    thin = np.arange(CASES) % 8 == 7
+    batch.args["it"]["mat"]["refraction_index"][thin] = 0.8
+    sine2 = 1 - np.einsum("ij,ij->i", normal, direction) ** 2
+    return only(batch, ~thin | (1 - sine2 / 0.8**2 > LIMIT))
 
 
 def _scaled(m: Maker) -> Batch:
     """Return rays that enter with directions that are not unit."""
     batch = _entering(m)
-    batch.args["in"]["dir"] *= m.uniform(0.3, 4, CASES, 1)
+    batch.args["in"]["dir"] *= m.uniform(0.3, 4, batch.count, 1)
     return batch
 
 
@@ -90,7 +96,8 @@ ANGLES = ((1.0, 1.5), (0.3, 1.5), (0.2, 1.3), (0.1, 1.5), (1.0, 2.5))
 
 def _at_angles(m: Maker) -> list[Question]:
     outside = [_drawn(m, cosine, index) for cosine, index in ANGLES]
-    return [*outside, _drawn(m, 0.9, 1.5, inside=True)]
+    inside = [_drawn(m, *each, inside=True) for each in ((0.9, 1.5), (0.25, 1.02))]
+    return [*outside, *inside]
 
 
 def _by_ks(m: Maker) -> list[Question]:

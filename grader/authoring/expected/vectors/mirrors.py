@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from grader.authoring.expected.vectors.maker import Maker, Question, Recipe, norm1
+from grader.authoring.expected.vectors.maker import Maker, Question, Recipe, floats, norm1
 from grader.authoring.expected.vectors.scenes import cloud
 from grader.authoring.expected.vectors.tp2 import COLOR, COLOR_REASON, EXACT_ENOUGH
 from grader.authoring.expected.vectors.tp4 import CASES, asked
@@ -155,7 +155,10 @@ def _by_either(make: Callable[[Maker], list[Batch]], m: Maker) -> list[Question]
 
 def _sky(m: Maker) -> list[Batch]:
     sky = mirrors(m, m.core.zeros("object", 0), 90)
-    sky.args["it"]["mat"]["ks"][0] = 1
+    mat = sky.args["it"]["mat"]
+    mat["ks"][0] = 1
+    mat["ks"][2::9], mat["kr"][2::9] = 0.04, 0.04
+    sky.args["it"]["normal"][3::5] *= -1  # seen from behind
     return [sky]
 
 
@@ -184,7 +187,8 @@ def _alone(m: Maker) -> list[Batch]:
 def _colored(m: Maker) -> list[Batch]:
     """Return mirrors that reflect some channels more than others."""
     coefficient = m.uniform(0.1, 0.9, 1, 3)[0]
-    return [mirrors(m, _large_ball(m), 60, ks=coefficient, kr=coefficient)]
+    without_red = coefficient * floats([0, 1, 1])
+    return [mirrors(m, _large_ball(m), 60, ks=each, kr=each) for each in (coefficient, without_red)]
 
 
 def _bright(m: Maker) -> list[Batch]:

@@ -17,7 +17,7 @@ from grader.authoring.expected.vectors.maker import (
     result,
     stack,
 )
-from grader.authoring.expected.vectors.scenes import cloud, towards
+from grader.authoring.expected.vectors.scenes import cloud, standing, towards
 from grader.authoring.expected.vectors.tp4 import YES_OR_NO, asked, ball
 from grader.checking.expected_data import Array, Batch
 
@@ -26,7 +26,7 @@ TALL = ("CYLINDER", "CONE")
 
 def recipes() -> list[Recipe]:
     """Return how the suites of the octree are made."""
-    walks = {"hits": _hits, "misses": _misses, "planes": _planes}
+    walks = {"hits": _hits, "misses": _misses, "planes": _planes, "kinds": _kinds}
     boxes = {"overlap": _overlaps, "tall": _reaches}
     exactness = {**dict.fromkeys(walks, solids.EXACTNESS), **dict.fromkeys(boxes, (0.0, YES_OR_NO))}
     return [
@@ -48,7 +48,7 @@ def _searches(m: Maker, scenes: list[Array]) -> list[Batch]:
 
 
 def _hits(m: Maker) -> list[Batch]:
-    scenes = [ball(m), cloud(m, 30), _crowd(m)]
+    scenes = [ball(m), cloud(m, 30), _heap(m), _crowd(m)]
     made = [*_searches(m, scenes), _each(m, scenes[-1])]
     return [only(each, result(m.ask(each))) for each in made]
 
@@ -71,12 +71,30 @@ def _planes(m: Maker) -> list[Batch]:
     return [replace(misses, globals=m.world(stack(balls, flat), octree=True), answers=answered)]
 
 
+def _kinds(m: Maker) -> list[Batch]:
+    """Return rays towards cylinders and cones that stand among spheres."""
+    tall = [standing(m, kind, 8) for kind in TALL]
+    scene = stack(cloud(m, 20), *tall)
+    target = stack(*(each["base"] for each in tall))
+    target = np.repeat(target + 0.3 * stack(*(each["axis"] for each in tall)), 8, axis=0)
+    away = m.unit(len(target))
+    args = {"r": m.rays(target + 9 * away, -away), "it": m.blank("intersection", len(target))}
+    return [m.steady(Batch("intersect_scene", args, m.world(scene, octree=True)), "r.orig")]
+
+
 def _crowd(m: Maker) -> Array:
     """Many small spheres, large ones around and behind a part of them, and one far away."""
     made = m.objects("SPHERE", 200, center=m.uniform(-3, 3, 200, 3))
     made["radius"] = m.uniform(0.08, 0.25, 200)
     made["radius"][7::40] = 1.5
     made["center"][11] = (30, 2, 1)
+    return made
+
+
+def _heap(m: Maker) -> Array:
+    """Spheres that nearly coincide: no cut tells them apart."""
+    made = m.objects("SPHERE", 40, center=m.uniform(-0.2, 0.2, 40, 3))
+    made["radius"] = m.uniform(1, 1.1, 40)
     return made
 
 

@@ -22,6 +22,7 @@ from grader.authoring.expected.vectors.maker import (
 from grader.checking.expected_data import Array, Batch
 
 SPHERE = 1
+MANY = 1100  # objects: more than the first scenes of the course had room for
 
 
 def row_of_spheres(m: Maker, order: list[int]) -> Array:
@@ -116,14 +117,18 @@ def _meets(m: Maker) -> list[Batch]:
 
 
 def _every(m: Maker) -> list[Batch]:
-    """Return scenes of one sphere, and of a row of which each is met, both ends too."""
+    """Return scenes of one sphere, of a row of which each is met, both ends too, and of many."""
     single = m.objects("SPHERE", 1, center=(0, 0, 0), radius=1)
     row = m.objects("SPHERE", 7, radius=0.8)
     row["center"][:, 0] = np.arange(-6, 7, 2)
     down = m.rays(row["center"] + floats([0.1, 5, 0.2]), (0, -1, 0))
+    down["depth"] = 12  # who looks takes no notice of max_depth
+    far = np.repeat(row[:1], MANY)
+    far["center"] = 900
     return [
         search(m, single, _along_z(m)[:1]),
         *(search(m, each, down) for each in (row[:2], row)),
+        search(m, stack(far, row), down),
     ]
 
 
@@ -131,7 +136,7 @@ def _kinds(m: Maker) -> list[Batch]:
     """Return scenes of all the kinds, some of them of glass, in one order and in the other."""
     made = []
     for planes in (1, 2):
-        tall = [_standing(m, kind, 2) for kind in ("CYLINDER", "CONE")]
+        tall = [standing(m, kind, 2) for kind in ("CYLINDER", "CONE")]
         scene = stack(cloud(m, 3, planes=planes), *tall)
         scene["mat"]["refraction_index"][::3] = 1.5
         for turned in (between(m, scene), between(m, scene[::-1])):
@@ -145,7 +150,7 @@ def _kinds(m: Maker) -> list[Batch]:
     return made
 
 
-def _standing(m: Maker, kind: str, count: int) -> Array:
+def standing(m: Maker, kind: str, count: int) -> Array:
     """Return cylinders or cones drawn in a box."""
     made = m.objects(kind, count, base=m.uniform(-3, 3, count, 3), axis=m.unit(count))
     made["length"], made["radius"] = m.uniform(1, 3, count), m.uniform(0.5, 1.2, count)

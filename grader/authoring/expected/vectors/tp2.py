@@ -83,7 +83,7 @@ def _cameras(m: Maker) -> list[Array]:
 
 
 def _solids() -> list[Recipe]:
-    closed: Shapes = {"inside": Solid.inside, "caps": _caps}
+    closed: Shapes = {"inside": Solid.inside, "caps": lambda solid: [_caps(solid), _out(solid)]}
     types: Mapping[str, tuple[Callable[[Maker], Solid], Shapes]] = {
         "sphere": (kinds.spheres, {"inside": Solid.inside}),
         "plane": (kinds.planes, {"parallel": _parallel, "grazing": kinds.grazing}),
@@ -108,6 +108,19 @@ def _caps(solid: Solid) -> Batch:
     simple = solid.simple["r"][[2, 4]]
     rays = stack(simple, m.rays(target + away, norm1(-away)))
     batch = solid.hits({"r": rays, "obj": stack(solid.simple["obj"][:2], objects)})
+    normal = m.ask(batch).answers[0].out["it"]["normal"]
+    along = np.abs(np.einsum("ij,ij->i", normal, batch.args["obj"]["axis"]))
+    return only(batch, along > 0.999)
+
+
+def _out(solid: Solid) -> Batch:
+    """Rays that start inside and leave through a disc."""
+    m, objects = solid.m, solid.objects
+    outwards = -objects["axis"].copy()
+    if solid.function == "intersect_cylinder":
+        outwards[::2] *= -1
+    rays = m.rays(solid.near(objects, 0.5), m.around(outwards, 0.8))
+    batch = solid.hits({"r": rays, "obj": objects})
     normal = m.ask(batch).answers[0].out["it"]["normal"]
     along = np.abs(np.einsum("ij,ij->i", normal, batch.args["obj"]["axis"]))
     return only(batch, along > 0.999)
@@ -172,6 +185,8 @@ def _colors(m: Maker) -> list[Question]:
 def _skies(m: Maker) -> list[Question]:
     lost = [lost for _, lost in _seen(m)]
     empty = replace(lost[0], globals=lit(m, m.core.zeros("object", 0)))
+    for each in (*lost, empty):  # a mirror sees the sky as well
+        each.args["r"]["depth"] = np.arange(each.count) % 4
     return [m.stages(each) for each in (*lost, empty)]
 
 

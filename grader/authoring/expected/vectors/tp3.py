@@ -89,6 +89,7 @@ def _shade() -> list[Recipe]:
         "lobe": _lobe,
         "both": lambda m: shading(m, *directions(m), shininess=LOW),
         "far_lobe": _far_lobe,
+        "from_below": _from_below,
         "back": _back,
         "grazing": _grazing,
         "shininess": _between_whole,
@@ -122,6 +123,13 @@ def _far_lobe(m: Maker) -> Question:
     return shading(m, n, below, grazing, kd=NONE, shininess=shininess)
 
 
+def _from_below(m: Maker) -> Question:
+    """Return calls for an eye just below the surface, of which h is above it."""
+    n = directions(m)[0]
+    below, light = m.around(-n, 0.05, 0.2), m.around(n, 0.7, 0.95)
+    return shading(m, n, below, light, kd=NONE, shininess=3)
+
+
 def _back(m: Maker) -> Question:
     n, v, _ = directions(m)
     dark = m.around(-n, 0.02)
@@ -146,6 +154,7 @@ def _between_whole(m: Maker) -> Question:
 
 def _grazing(m: Maker) -> Question:
     n, v, _ = directions(m)
+    v[1::2] *= -1  # where the eye is does not matter
     return shading(m, n, v, m.around(n, 0.01, 0.1))
 
 
@@ -177,7 +186,8 @@ def _under(make: Callable[[Maker], list[Array]], m: Maker) -> list[Question]:
 
 def _single(m: Maker) -> list[Array]:
     drawn = m.lights(m.uniform(-9, 9, 1, 3), [(1, 0.8, 0.5)])
-    return [m.lights([(0, 5, 0)], [(1, 1, 1)]), drawn]
+    far = m.lights([(-200, 170, 300)], [(1, 1, 1)])
+    return [m.lights([(0, 5, 0)], [(1, 1, 1)]), drawn, far]
 
 
 def _several(m: Maker) -> list[Array]:

@@ -85,6 +85,8 @@ def _drawn(m: Maker, scene: Array) -> list[Batch]:
     for light in m.unit(3) * 7:
         start = np.asarray(m.unit(CASES) * 6, np.float32)
         batch = _barred(m, scene, start, light[None])
+        # What bars the way may be of the same material.
+        batch.args["it"]["mat"][::3] = scene["mat"][np.arange(0, CASES, 3) % len(scene)]
         made.append(m.steady(m.steady(batch, "it.position", 0.05), "from.position", 0.05))
     return made
 
@@ -120,9 +122,10 @@ def _close(m: Maker) -> list[Batch]:
     """Return points that a small sphere nearly touches, on their way to the light."""
     made = []
     for light in floats([(0, 3, 0), (4, 0, 0), (0, 0, -5)]):
-        center = norm1(light) * np.float32(0.03)
-        small = m.objects("SPHERE", 1, center=center, radius=0.01)
-        made.append(_barred(m, small, floats([(0, 0, 0)]), light[None]))
+        for away in (0.03, 0.006):
+            center = norm1(light) * np.float32(away)
+            small = m.objects("SPHERE", 1, center=center, radius=away / 3)
+            made.append(_barred(m, small, floats([(0, 0, 0)]), light[None]))
     return made
 
 

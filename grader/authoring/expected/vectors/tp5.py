@@ -61,6 +61,8 @@ def _viewed(view: Callable[[Maker, Array], Array], m: Maker) -> list[Question]:
     n[:3] = (0, 1, 0)
     kr = m.uniform(0.02, 0.9, CASES, 3)
     kr[0] = 0.5
+    if view is _across:  # what reflects nothing from the front does so along itself
+        kr[3::8], kr[5::8, 0] = 0, 0
     return [Question(Batch("fresnel_schlick", {"kr": kr, "n": n, "v": view(m, n)}, {}))]
 
 
@@ -87,6 +89,7 @@ def _in_the_lobe(m: Maker) -> list[Question]:
     args = near.batch.args
     # A wide lobe, so that the coefficient counts in every case.
     args["mat"]["shininess"], args["mat"]["kd"][:2] = m.uniform(1, 9, len(n)).round(), 0
+    args["mat"]["ks"][4::5] = 0
     on = replace(near.batch, globals=m.world(fresnel=True))
 
     def put(changed: Array) -> dict[str, Array]:
@@ -99,6 +102,8 @@ def _in_the_lobe(m: Maker) -> list[Question]:
 def _in_the_mirror(m: Maker) -> list[Question]:
     sky = mirrors.mirrors(m, m.core.zeros("object", 0), 60)
     sky.args["it"]["mat"]["kr"][:30] *= 0.1
+    sky.args["it"]["mat"]["ks"][2::5] = 0
+    sky.args["in"]["depth"] = np.arange(sky.count) % 5
     return [mirrors.staged(m, sky, on=True)]
 
 

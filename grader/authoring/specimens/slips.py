@@ -1,0 +1,38 @@
+"""Slips: mistakes that a student may well make and that no change of one token makes.
+
+reference/slips.toml lists them: its head says how.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from grader.authoring.specimens import patches
+from grader.authoring.specimens.edits import FunctionEdit
+from grader.course.exercises import ManifestError, read_toml
+
+TABLE = patches.REFERENCE / "slips.toml"
+
+
+@dataclass(frozen=True)
+class Slip(FunctionEdit):
+    """The reference with a mistake in one function; `thought` is what led to it."""
+
+    listed_in = TABLE.name
+
+    thought: str
+
+
+@cache
+def load(path: Path = TABLE) -> tuple[Slip, ...]:
+    """Read the table. Raises ManifestError."""
+    try:
+        return tuple(
+            Slip(id=name, exercise=exercise, **row)
+            for exercise, rows in read_toml(path).items()
+            for name, row in rows.items()
+        )
+    except (TypeError, AttributeError) as error:
+        raise ManifestError(f"{path.name}: missing or malformed key: {error}") from error
