@@ -125,12 +125,15 @@ def _in_shade(student: Student, bench: Bench) -> bool:
     seen = np.abs(whole - none).min(axis=1) > LEAST
     if seen.mean() < FEW:
         return False
+    # What the lobe takes from the diffuse part may be more than it adds.
+    turn = np.where(whole.sum(axis=1) < none.sum(axis=1), -1.0, 1.0)
+    more = turn * got.sum(axis=1)
     # Where the coefficient is less than kr, the angle is that of vectors that are not unit.
-    low: Array = np.where(got.sum(axis=1) < none.sum(axis=1), -1.0, 0.0)
+    low: Array = np.where(more < turn * none.sum(axis=1), -1.0, 0.0)
     high: Array = np.ones(calls.count)
     for _ in range(HALVINGS):
         middle = (low + high) / 2
-        above = without(middle).sum(axis=1) > got.sum(axis=1)
+        above = turn * without(middle).sum(axis=1) > more
         low, high = np.where(above, low, middle), np.where(above, middle, high)
     follows = ~far(got, without(low), calls.tolerance)
     # kr itself is the coefficient at one angle only. (A half vector turned round always gives 1.)

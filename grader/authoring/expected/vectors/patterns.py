@@ -29,6 +29,8 @@ def _cubes(low: int, high: int, placed: bool, m: Maker) -> list[Question]:
     if not placed:
         simple = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0)])
         cell[:4] = simple if high > 0 else -1 - simple
+    if placed:  # in one layer: a pattern of two directions is placed as well as one of three
+        cell[:, 1] = 0
     size = m.uniform(0.2, 2, CASES) if placed else np.ones(CASES, np.float32)
     start = m.uniform(-2, 2, CASES, 3) * placed
     mat = m.materials(CASES, pattern=1, pattern_size=size, pattern_origin=start)
