@@ -108,10 +108,15 @@ def written(sheet: Sheet) -> bytes:
 
 def inert(text: str) -> str:
     """Return text as a cell that a spreadsheet shows and does not run, on one line."""
-    line = "".join(each if each.isprintable() else " " for each in text).strip()
+    line = one_line(text)
     if _NUMBER.fullmatch(line):
         return line
     return f"'{line}" if line[:1] in ("=", "+", "-", "@", "|", "%") else line
+
+
+def one_line(text: str) -> str:
+    """Return text without what is no sign, such as ends of lines."""
+    return "".join(each if each.isprintable() else " " for each in text).strip()
 
 
 def number(text: str) -> float | None:

@@ -10,6 +10,7 @@ from grader.course import exercises as manifest
 from grader.course.texts import Texts
 
 GRADES = "grades.csv"
+Cell = str | float | None
 _FIELDS = ("name", "number", "participant", "submission", "pseudonym", "mark", "points", "bonus")
 _AFTER = ("rubric", "days_late", "penalty", "comment", "remarks")
 
@@ -21,11 +22,23 @@ def grades(
 
     `hidden` are the pseudonyms of the submissions.
     """
+    header, rows = cells(marks, graded, hidden, texts)
+    written = [
+        [inert(each) if isinstance(each, str) else number(each, texts) for each in row]
+        for row in rows
+    ]
+    return table(header, written, texts)
+
+
+def cells(
+    marks: Sequence[Mark], graded: Mapping[str, Graded], hidden: Mapping[str, str], texts: Texts
+) -> tuple[list[str], list[list[Cell]]]:
+    """Return the headings, and for each person a row of texts and numbers."""
     exercises = [each.id for each in manifest.load().exercises]
     header = [texts.say(f"heading.{name}") for name in _FIELDS] + exercises
     header += [texts.say(f"heading.{name}") for name in _AFTER]
     rows = [_row(each, graded, exercises, hidden, texts) for each in marks]
-    return table(header, rows, texts)
+    return header, rows
 
 
 def _row(
@@ -34,7 +47,7 @@ def _row(
     exercises: Sequence[str],
     hidden: Mapping[str, str],
     texts: Texts,
-) -> list[str]:
+) -> list[Cell]:
     member = mark.member
     known = graded.get(member.submission)
     results = known.results if known and known.results else {"exercises": {}}
@@ -44,17 +57,18 @@ def _row(
     shown = {} if member.unsettled else results["exercises"]
     earned = [shown.get(name) for name in exercises]
     return [
-        inert(member.name),
-        inert(member.number),
-        inert(member.moodle),
-        inert(member.submission),
+        *(member.name, member.number, member.moodle, member.submission),
         hidden.get(member.submission, ""),
-        *(number(each, texts) for each in (mark.value, *numbers)),
-        *(number(each[1] if each else None, texts) for each in earned),
-        *(number(each, texts) for each in after),
-        inert(mark.comment),
-        inert(" ".join(sentence(mark, texts))),
+        *(_rounded(each) for each in (mark.value, *numbers)),
+        *(_rounded(each[1] if each else None) for each in earned),
+        *(_rounded(each) for each in after),
+        mark.comment,
+        " ".join(sentence(mark, texts)),
     ]
+
+
+def _rounded(value: float | None) -> float | None:
+    return None if value is None else round(value, 3)
 
 
 def sentence(mark: Mark, texts: Texts, leave: Collection[str] = ()) -> list[str]:

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from grader.batch import class_page, grades_csv, last_run, moodle_files
+from grader.batch import class_page, grades_csv, last_run, marks_xlsx, moodle_files
 from grader.batch.marks import mark
 from grader.batch.moodle_worksheet import Worksheet
 from grader.batch.preparation import Prepared
@@ -53,6 +53,7 @@ def write_all(
         write_whole(
             results.out / grades_csv.GRADES, grades_csv.grades(marks, graded, hidden, texts)
         )
+        _write_sheet(results, marks, graded, hidden, texts)
         if changed:
             write_whole(results.out / last_run.CHANGES, last_run.changes_table(changed, texts))
         told, written = _moodle(results, prepared, marks, pages, before, texts)
@@ -64,6 +65,21 @@ def write_all(
         write(results.out / last_run.MARKS, {**now, **written, "pages": pages.made})
     failed = any(each.error for each in marks)
     return ClassSummary([*_told(results, marks, graded, changed, told, texts)], failed)
+
+
+def _write_sheet(
+    results: ResultsFolder,
+    marks: Sequence[Mark],
+    graded: Mapping[str, Graded],
+    hidden: Mapping[str, str],
+    texts: Texts,
+) -> None:
+    """Write marks.xlsx, or remove an older one, which would say other marks."""
+    path = results.out / marks_xlsx.NAME
+    if marks_xlsx.is_possible():
+        write_whole(path, marks_xlsx.marks_sheet(marks, graded, hidden, texts))
+    else:
+        path.unlink(missing_ok=True)
 
 
 def _moodle(

@@ -44,7 +44,7 @@ NAME = "batch.json"
 SCHEMA = 1
 STUDENTS, STATE, WORK = "students", "state", "work"
 OWN_FILES = (
-    *("grades.csv", "changes.csv", "marks.json", "index.html"),
+    *("grades.csv", "marks.xlsx", "changes.csv", "marks.json", "index.html"),
     *(alike_list.NAME, alike_list.PAGE, NAME),
 )
 OWN_FOLDERS = (STUDENTS, STATE, WORK, fresh_inputs.FOLDER, "moodle")

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import importlib
+import io
+import os
+import zipfile
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
@@ -9,9 +13,10 @@ from typing import Any
 
 import pytest
 
-from grader.batch import csv_table, grades_csv, last_run, manual_marks, marks
+from grader.batch import csv_table, grades_csv, last_run, manual_marks, marks, marks_xlsx, outputs
 from grader.batch.lateness import Deadlines, Lateness
 from grader.batch.records import BatchError, Candidate, Enrolled, Graded, ManualMark, Mark, Member
+from grader.batch.results_folder import ResultsFolder
 from grader.course import settings as course
 from grader.course.exercises import ManifestError
 from grader.course.message import Message
@@ -350,6 +355,44 @@ def test_grades_hold_no_formula_and_no_control(tmp_path: Path) -> None:
         *('\'=HYPERLINK("http://x")', "'+1", "'-x", "'@a", "a b  c", 'quote"d;'),
     ]
     assert {row[5] for row in sheet.rows} == {"10,5"}
+
+
+def test_marks_xlsx_has_the_rows_of_grades_csv() -> None:
+    """Numbers are numbers, and what looks like a formula or a number is the text that it was."""
+    if not marks_xlsx.is_possible():
+        assert not os.environ.get("MRT_CI"), "CI must have openpyxl"
+        pytest.skip("openpyxl is not installed")
+    openpyxl = importlib.import_module("openpyxl")
+    names = ['=HYPERLINK("http://x")', "+1", "-x", "@a", "a\tb\x07\nc", "Noël"]
+    given = [
+        Mark(Member(each, f"0{k}", "", "ada"), 10.5, bonus=1.25, points=80.0)
+        for k, each in enumerate(names)
+    ]
+    known = {"ada": graded(results(15, 30))}
+    content = marks_xlsx.marks_sheet(given, known, {"ada": "QX7A"}, Texts("fr"))
+    sheet = openpyxl.load_workbook(io.BytesIO(content)).active
+    header, rows = grades_csv.cells(given, known, {"ada": "QX7A"}, Texts("fr"))
+    found = [[each.value for each in row] for row in sheet.iter_rows()]
+    assert found[0] == header
+    assert (found[0][0], found[0][5]) == ("nom", "note")
+    assert [row[0] for row in found[1:]] == [*names[:4], "a b  c", "Noël"]
+    told = [[None if each == "" else each for each in row[1:]] for row in rows]
+    assert [row[1:] for row in found[1:]] == told
+    assert [row[5:8] for row in found[1:]] == [[10.5, 80.0, 1.25]] * len(names)
+    kinds = {each.data_type for row in sheet.iter_rows(max_col=5) for each in row if each.value}
+    assert kinds == {"s"}
+    assert b"<f>" not in zipfile.ZipFile(io.BytesIO(content)).read("xl/worksheets/sheet1.xml")
+
+
+def test_an_older_marks_xlsx_goes_where_it_cannot_be_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It would say other marks than grades.csv."""
+    monkeypatch.setattr(marks_xlsx, "is_possible", lambda: False)
+    with ResultsFolder(tmp_path / "out") as folder:
+        (folder.out / marks_xlsx.NAME).write_bytes(b"old")
+        outputs._write_sheet(folder, [], {}, {}, Texts("fr"))
+        assert not (folder.out / marks_xlsx.NAME).exists()
 
 
 def test_a_regrade_tells_old_mark_new_mark_and_why() -> None:
