@@ -4,7 +4,7 @@
 # Paths here are relative, and values travel by the environment, so that this works from any folder.
 
 .DEFAULT_GOAL := help
-.PHONY: help grade watch mrt try debug restore lab submit update release classroom gradescope batch alike purge oral notebooks figures expected calibrate prove skeleton format lint test test-all bench doctor wheelhouse print-flags clean
+.PHONY: help grade watch mrt try debug restore lab submit update release classroom gradescope vpl batch alike purge oral notebooks figures expected calibrate prove skeleton format lint test test-all bench doctor wheelhouse print-flags clean
 
 SUBMISSION ?= core_c
 SRC ?= core_c
@@ -72,6 +72,9 @@ classroom: ## un dépôt pour GitHub ou GitLab, évalué à chaque envoi : OUT=d
 
 gradescope: ## l'archive d'un évaluateur de Gradescope, avec la solution : OUT=nom.zip | the archive of an autograder for Gradescope, with the solution: OUT=name.zip
 	@$(call PYTHON_OF,grade) && "$$python" -m grader gradescope --out "$${OUT:-$$BUILD/autograder.zip}"
+
+vpl: ## les fichiers d'exécution d'une activité VPL de Moodle, avec la solution : OUT=nom.zip | the execution files of a Moodle VPL activity, with the solution: OUT=name.zip
+	@$(call PYTHON_OF,grade) && "$$python" -m grader vpl --out "$${OUT:-$$BUILD/vpl.zip}"
 
 batch: ## évalue une classe : SUBMISSIONS=, OUT=, JOBS=2, NAMES=1, AGAIN=1, PUBLIC=1 | grades a class: SUBMISSIONS=, OUT=, JOBS=2, NAMES=1, AGAIN=1, PUBLIC=1
 	@$(call PYTHON_OF,grade) && "$$python" -m grader batch $${SUBMISSIONS:+"$$SUBMISSIONS"} $${OUT:+--out "$$OUT"} \

@@ -37,6 +37,7 @@ OTHERS = {
     "release": ("grader.authoring.release", "release.description"),
     "submit": ("grader.commands.submit", "submit.description"),
     "update": ("grader.setup.update", "update.description"),
+    "vpl": ("grader.authoring.vpl", "vpl.description"),
     "watch": ("grader.commands.watch", "watch.description"),
 }
 

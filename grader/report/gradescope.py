@@ -47,6 +47,18 @@ def nothing(reason: str) -> dict[str, Any]:
     }
 
 
+def wrong_checks(exercise: Row, content: Row) -> list[Row]:
+    """Return the first checks of an exercise that are not right."""
+    own = [each for each in content["checks"] if each["exercise"] == exercise["id"]]
+    return [each for each in own if each["outcome"] in _WRONG][:MAX_SHOWN]
+
+
+def told_of(check: Row) -> list[str]:
+    """Return the sentences of a check that is not right."""
+    told = (*(check[key] for key in ("title", "message", "note", "hint")), check.get("places"))
+    return [each for each in told if each]
+
+
 class _Pictures:
     """Pictures as part of a page, as many as one report may have."""
 
@@ -64,12 +76,9 @@ class _Pictures:
 
 
 def _test(exercise: Row, content: Row, pictures: _Pictures, texts: Texts) -> dict[str, Any]:
-    own = [each for each in content["checks"] if each["exercise"] == exercise["id"]]
-    wrong = [each for each in own if each["outcome"] in _WRONG][:MAX_SHOWN]
     parts = [html.escape(texts.say(f"outcome.{exercise['outcome']}"))]
-    for check in wrong:
-        told = (*(check[key] for key in ("title", "message", "note", "hint")), check.get("places"))
-        parts += [html.escape(each).replace("\n", "<br>") for each in told if each]
+    for check in wrong_checks(exercise, content):
+        parts += [html.escape(each).replace("\n", "<br>") for each in told_of(check)]
         parts.append(" ".join(pictures.shown(check["images"])))
     return {
         "name": f"{exercise['id']} {exercise['function']} - {exercise['title']}",

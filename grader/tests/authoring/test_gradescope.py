@@ -17,7 +17,8 @@ from typing import Any
 import jsonschema  # type: ignore[import-untyped]
 import pytest
 
-from grader.authoring import gradescope
+from grader.authoring import autograder, gradescope
+from grader.authoring.autograder import AutograderError, packed
 from grader.course import exercises
 from grader.course.exercises import CORE, ROOT
 from grader.report.gradescope import MAX_PICTURES, as_gradescope
@@ -95,14 +96,14 @@ def test_results_have_the_documented_form(tmp_path: Path) -> None:
 def test_the_archive_holds_what_git_tracks() -> None:
     """The solution too, and no tests; its scripts can be run."""
     files = gradescope.files(ROOT)
-    assert {f"{gradescope.TOP}/{name}" for name in ("reference/raytracer.c", "Makefile")} < {*files}
+    assert {f"{autograder.TOP}/{name}" for name in ("reference/raytracer.c", "Makefile")} < {*files}
     assert not any("/tests/" in name for name in files)
-    assert gradescope.packed(files) == gradescope.packed(dict(reversed(files.items())))
+    assert packed(files) == packed(dict(reversed(files.items())))
 
 
 def test_where_there_is_no_repository_a_line_says_so(tmp_path: Path) -> None:
     """It names the folder."""
-    with pytest.raises(gradescope.GradescopeError) as caught:
+    with pytest.raises(AutograderError) as caught:
         gradescope.files(tmp_path)
     assert caught.value.values["path"] == tmp_path
 
@@ -125,7 +126,7 @@ def container() -> Iterator[Path]:
     """Unpack the archive as Gradescope does, and run setup.sh: apt-get is played."""
     top = Path(tempfile.mkdtemp(prefix="mrt-gradescope-"))
     root = top / "auto grader"
-    (top / "a.zip").write_bytes(gradescope.packed(gradescope.files(ROOT)))
+    (top / "a.zip").write_bytes(packed(gradescope.files(ROOT), gradescope.SCRIPTS))
     with zipfile.ZipFile(top / "a.zip") as archive:
         archive.extractall(root / "source")
         for entry in archive.infolist():
