@@ -4,7 +4,7 @@
 # Paths here are relative, and values travel by the environment, so that this works from any folder.
 
 .DEFAULT_GOAL := help
-.PHONY: help grade watch mrt try debug restore lab submit update release classroom gradescope vpl batch alike purge oral notebooks figures expected calibrate prove skeleton format lint test test-all bench doctor wheelhouse print-flags clean
+.PHONY: help grade watch mrt try debug restore lab submit update release classroom gradescope vpl batch alike purge oral notebooks figures expected calibrate prove skeleton format lint test test-all bench doctor image wheelhouse print-flags clean
 
 SUBMISSION ?= core_c
 SRC ?= core_c
@@ -148,6 +148,9 @@ bench: ## les mesures de performance ; d'une classe : CLASS=200, KILLS=10 | the 
 	    ,) "$$python" -m grader.authoring.bench --build "$$BUILD" ;; \
 	    ,*) "$$python" -m grader.authoring.bench.kills --trials "$$KILLS" --build "$$BUILD" ;; \
 	    *) "$$python" -m grader.authoring.bench.batch --size "$$CLASS" --build "$$BUILD" ;; esac
+
+image: ## l'image d'un conteneur avec tous les outils : IMAGE=nom, HUB=version | the image of a container with all the tools: IMAGE=name, HUB=version
+	@sh grader/setup/image.sh
 
 wheelhouse: ## les paquets pour une salle sans réseau | the packages for a room without a network
 	@sh grader/setup/environment.sh wheelhouse "$$BUILD/wheelhouse"

@@ -51,6 +51,8 @@ EDITOR_FILES = ("c_cpp_properties", "extensions", "launch", "tasks")
 WHOLE_FILES = (
     *("LICENSE", "pyproject.toml", ".editorconfig"),
     *(f".vscode/{name}.json" for name in EDITOR_FILES),
+    *(f".devcontainer/{name}" for name in ("Dockerfile", "devcontainer.json", "workbook.pth")),
+    ".dockerignore",
 )
 TARGETS = (
     *("help", "grade", "watch", "mrt", "try", "debug", "restore"),

@@ -5,10 +5,12 @@ Run by `make doctor` on any Python from 3.10 on: standard library only, nothing 
 
 from __future__ import annotations
 
+import contextlib
 import importlib.util
 import io
 import os
 import platform
+import re
 import shutil
 import subprocess
 import sys
@@ -22,6 +24,7 @@ from grader.setup.sentences import in_language
 ROOT = Path(__file__).resolve().parent.parent.parent
 SECONDS = 30
 TOOLS = ("apt", "dnf", "brew")
+CONTAINERS = re.compile("docker|podman|libpod|kubepods|containerd|lxc|systemd-nspawn")
 
 # What to install, by the system's package tool; a tool that is not named has no such package.
 PACKAGES: dict[str, dict[str, str]] = {
@@ -172,14 +175,19 @@ def canary() -> str:
 
     The canary runs as a submission does, so it needs the packages: without them nothing is said.
     """
-    folders = [os.environ.get("MRT_ENV", ""), str(ROOT / ".venv")]
-    pythons = [f"{folder}/bin/python" for folder in folders if folder]
-    python = next(filter(shutil.which, pythons), sys.executable)
-    done = attempt([python, "-B", "-m", "grader.execution.canary", "strong"], ROOT)
+    done = canary_run("strong")
     # It ends with 1 when something was permitted; with a trace of Python when it could not run.
     if done is None or done.returncode != 1:
         return ""
     return " ".join(done.stdout.splitlines()[1:])
+
+
+def canary_run(*level: str) -> subprocess.CompletedProcess[str] | None:
+    """Run the canary at a level, or at the best one that is possible here."""
+    folders = [os.environ.get("MRT_ENV", ""), str(ROOT / ".venv")]
+    pythons = [f"{folder}/bin/python" for folder in folders if folder]
+    python = next(filter(shutil.which, pythons), sys.executable)
+    return attempt([python, "-B", "-m", "grader.execution.canary", *level], ROOT)
 
 
 def isolation() -> Symptom:
@@ -200,6 +208,32 @@ def isolation() -> Symptom:
         " AppArmor profile for bwrap: sysctl kernel.apparmor_restrict_unprivileged_userns=0)",
     )
     return Symptom("bubblewrap", "", purpose, cure)
+
+
+def container(root: Path = Path("/")) -> str:
+    """Return what kind of container this is; "" on a machine of its own, virtual or not."""
+    for name, kind in ((".dockerenv", "docker"), ("run/.containerenv", "podman")):
+        if (root / name).exists():
+            return kind
+    if "KUBERNETES_SERVICE_HOST" in os.environ:
+        return "kubernetes"
+    for name in ("run/systemd/container", "proc/1/cgroup"):
+        with contextlib.suppress(OSError):
+            found = CONTAINERS.search((root / name).read_text(encoding="utf-8", errors="replace"))
+            if found:
+                return found[0]
+    return os.environ.get("container", "")  # noqa: SIM112 - systemd and podman write it so
+
+
+def level() -> list[Symptom]:
+    """Say which isolation submissions get here, by the canary; nothing without the packages."""
+    done = canary_run()
+    if done is None or done.returncode not in (0, 1) or not done.stdout:
+        return []
+    purpose = in_language("le code évalué n'est pas isolé", "graded code is not shut in")
+    said = done.stdout.splitlines()
+    shown = said[0].partition(":")[2].strip().rstrip(".")
+    return [Symptom("isolation", shown if done.returncode == 0 else "", purpose, " ".join(said))]
 
 
 def debuggers() -> list[Symptom]:
@@ -240,11 +274,14 @@ def main() -> int:
         compiler_features,
         python_tools,
         lambda: [isolation()],
+        level,
         debuggers,
     ]
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")  # not every terminal has all of French
-    print(f"{platform.system()} {platform.machine()}")
+    kind = container()
+    where = in_language(f"conteneur {kind}", f"{kind} container") if kind else "machine"
+    print(f"{platform.system()} {platform.machine()} ({where})")
     for group in groups:
         for finding in group():
             print(line(finding))

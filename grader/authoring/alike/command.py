@@ -6,6 +6,7 @@ Exit codes: 0 written, 2 wrong use (nothing to compare included), 3 the machine 
 from __future__ import annotations
 
 import argparse
+import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -91,8 +92,8 @@ def _compare(options: argparse.Namespace, texts: Texts) -> str:
 def _read(path: Path, results: ResultsFolder, before: str, texts: Texts) -> list[Handed]:
     """Return the programs of a class; say which ones cannot be read. Raises BatchError."""
     handed, left = [], []
-    work = results.work / f"unpacked-{before.strip('/')}"
     with results.writing(results.out):
+        work = Path(tempfile.mkdtemp(dir=results.work))
         for each in discover(path.absolute(), work, results.out).candidates:
             candidate, submission = contents.read(each, work)
             if submission is None:

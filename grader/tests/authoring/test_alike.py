@@ -168,7 +168,7 @@ def hand_in(folder: Path, name: str, text: str, authors: str = "") -> None:
 
 
 def alike(*words: str, language: str = "fr") -> tuple[int, str, str]:
-    """Run the command, as an ordinary user where that can be; return how it ended."""
+    """Run the command; return how it ended."""
     done = run(sys.executable, "-m", "grader", "alike", *words, cwd=ROOT, MRT_LANG=language)
     return done.returncode, done.stdout, done.stderr
 

@@ -65,6 +65,7 @@ def test_what_is_in_it(files: Files) -> None:
     """The student's folders without our tools, tests and sources."""
     assert {path.split("/")[0] for path in files} == {
         *("LICENSE", "Makefile", "README.md", "pyproject.toml", ".editorconfig", ".vscode"),
+        *(".devcontainer", ".dockerignore"),
         *FOLDERS,
     }
     rules = exercises.load()
