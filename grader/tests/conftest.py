@@ -12,8 +12,8 @@ from pathlib import Path
 
 import pytest
 
+from grader.authoring.specimens.student import STUDENT_MAIN, main_c
 from grader.execution.session import Library, open_core
-from grader.tests.support.student import STUDENT_MAIN, main_c
 
 ROOT = Path(__file__).resolve().parents[2]
 

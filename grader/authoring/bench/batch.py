@@ -26,12 +26,12 @@ from typing import Any
 from grader.authoring.bench import grading, snapshot
 from grader.authoring.bench.programs import BenchError
 from grader.authoring.bench.report import Goal, goal_row, table
+from grader.authoring.specimens import classroom
+from grader.authoring.specimens.classroom import Pupil
 from grader.batch import csv_table
 from grader.console.run import ExitCode
 from grader.course.exercises import ROOT
 from grader.files import write_whole
-from grader.tests.batch import classroom
-from grader.tests.batch.classroom import Pupil
 
 SMALL = classroom.SIZE
 RIGHT = ("full", "tp1", "skeleton")

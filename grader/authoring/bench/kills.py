@@ -24,8 +24,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from grader.authoring.bench.programs import BenchError
+from grader.authoring.specimens import classroom
 from grader.course.exercises import ROOT
-from grader.tests.batch import classroom
 
 SIZE = 21  # with one that hangs, and is left out: it would take most of the time
 TRIALS = 10

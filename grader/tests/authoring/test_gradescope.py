@@ -19,12 +19,12 @@ import pytest
 
 from grader.authoring import autograder, gradescope
 from grader.authoring.autograder import AutograderError, packed
+from grader.authoring.specimens.student import STUDENT_MAIN, main_c
 from grader.course import exercises
 from grader.course.exercises import CORE, ROOT
 from grader.report.gradescope import MAX_PICTURES, as_gradescope
 from grader.tests.report.test_terminal import check, content, exercise
 from grader.tests.support.shell import run, script
-from grader.tests.support.student import STUDENT_MAIN, main_c
 
 # What Gradescope's page on autograder specifications says of the fields that we use.
 _OUTPUT = {

@@ -17,13 +17,13 @@ from grader.authoring.oral.tokens import functions, tokens
 from grader.authoring.oral.trials import Laboratory, views
 from grader.authoring.release import collect
 from grader.authoring.specimens import mistakes, patches
+from grader.authoring.specimens.student import STUDENT_MAIN, main_c
 from grader.course.exercises import ROOT
 from grader.course.texts import Texts
 from grader.intake.records import Submission
 from grader.intake.submission import read_submission
 from grader.report.page import markup
 from grader.tests.conftest import Write
-from grader.tests.support.student import STUDENT_MAIN, main_c
 
 FRENCH = Texts("fr")
 KNOWN = {each.id: each for each in mistakes.load()}

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from grader.authoring.bench import batch, snapshot
-from grader.tests.batch.classroom import Pupil
+from grader.authoring.specimens.classroom import Pupil
 
 PRIVATE, REMOVE = 0, 0  # of System V shared memory
 

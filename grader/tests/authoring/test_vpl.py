@@ -16,12 +16,12 @@ from pathlib import Path
 import pytest
 
 from grader.authoring import autograder, vpl
+from grader.authoring.specimens.student import STUDENT_MAIN, main_c
 from grader.course import exercises
 from grader.course.exercises import CORE, ROOT
 from grader.report.vpl import as_vpl, comments, nothing
 from grader.tests.report.test_terminal import check, content, exercise
 from grader.tests.support.shell import NOBODY, run
-from grader.tests.support.student import STUDENT_MAIN, main_c
 
 _LINE = re.compile(r"(Comment :=>>(-| |$).*|Grade :=>> \d+\.\d\d)")
 FORGED = "\nGrade :=>> 100\r--|>\u2028Grade :=>> 100\vGrade :=>> 99\x1b[2J"

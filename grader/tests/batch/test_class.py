@@ -14,11 +14,11 @@ from pathlib import Path
 
 import pytest
 
+from grader.authoring.specimens import classroom
 from grader.batch import csv_table
 from grader.course.exercises import ROOT
 from grader.course.texts import Texts
 from grader.sandbox.levels import Level, best
-from grader.tests.batch import classroom
 
 SECONDS = 600
 

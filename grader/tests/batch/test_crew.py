@@ -13,12 +13,12 @@ from pathlib import Path
 
 import pytest
 
+from grader.authoring.specimens.student import STUDENT_MAIN, main_c
 from grader.batch import cluster, grade_one, pool
 from grader.batch.grade_one import BuildFolder
 from grader.batch.records import BatchError, Settings, Task
 from grader.course.exercises import ROOT
 from grader.sandbox import budget, scratch
-from grader.tests.support.student import STUDENT_MAIN, main_c
 
 AROUND = {"missing": (), "refused": (), "sources": (), "changed": (), "converted": ()}
 START_SECONDS = 60

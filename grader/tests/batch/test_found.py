@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
+from grader.authoring.specimens import classroom
 from grader.batch.discovery import Found, discover
 from grader.batch.records import BatchError, Candidate, Settings
 from grader.batch.tasks import read_candidate
-from grader.tests.batch import classroom
 from grader.tests.batch.desk_class import locked, packed
 
 SETTINGS = Settings("fr", "strong")

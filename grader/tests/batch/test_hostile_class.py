@@ -13,12 +13,12 @@ from pathlib import Path
 
 import pytest
 
+from grader.authoring.specimens import classroom
+from grader.authoring.specimens.student import STUDENT_MAIN, main_c
 from grader.course.exercises import ROOT
 from grader.sandbox.levels import Level, best
-from grader.tests.batch import classroom
 from grader.tests.sandbox.hostile.test_marks import KILL, SHOUT
 from grader.tests.support.sources import ENDLESS
-from grader.tests.support.student import STUDENT_MAIN, main_c
 
 MOST_MEGABYTES = 600  # of all the grader's own processes together, at their highest
 HONEST = 6

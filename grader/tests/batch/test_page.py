@@ -23,10 +23,10 @@ from pathlib import Path
 
 import pytest
 
+from grader.authoring.specimens.student import STUDENT_MAIN, main_c
 from grader.tests.batch import moodle_site
 from grader.tests.batch.moodle_site import Person, Site
 from grader.tests.support.shell import ROOT, run
-from grader.tests.support.student import STUDENT_MAIN, main_c
 
 pytestmark = pytest.mark.exhaustive
 PAGE = (ROOT / "INSTRUCTORS.md").read_text(encoding="utf-8")

@@ -13,15 +13,15 @@ from pathlib import Path
 
 import pytest
 
+from grader.authoring.specimens import classroom
+from grader.authoring.specimens.student import STUDENT_MAIN, main_c
 from grader.batch import command
 from grader.batch.records import BatchError
 from grader.console.run import ExitCode
 from grader.course.exercises import ROOT
 from grader.course.texts import Texts
 from grader.sandbox.leftovers import Leftovers
-from grader.tests.batch import classroom
 from grader.tests.support.shell import run
-from grader.tests.support.student import STUDENT_MAIN, main_c
 
 MARK = "mrt-left-behind-0451"
 KEY = 0x4D525422

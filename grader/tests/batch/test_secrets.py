@@ -14,11 +14,11 @@ from typing import Any
 
 import pytest
 
+from grader.authoring.specimens import classroom
+from grader.authoring.specimens.student import STUDENT_MAIN, main_c
 from grader.course.exercises import ROOT
 from grader.sandbox.levels import Level, best
-from grader.tests.batch import classroom
 from grader.tests.batch.test_class import batch
-from grader.tests.support.student import STUDENT_MAIN, main_c
 
 SECRET = "victim-secret-0451"
 VICTIM, SPY = "Ada Lovelace", "Eve"

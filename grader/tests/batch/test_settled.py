@@ -13,6 +13,8 @@ from pathlib import Path
 
 import pytest
 
+from grader.authoring.specimens import classroom
+from grader.authoring.specimens.student import STUDENT_MAIN, main_c
 from grader.batch import cluster, command, grade_one, pool
 from grader.batch.grade_one import BuildFolder, grade
 from grader.batch.records import GradedFiles, Task
@@ -21,9 +23,8 @@ from grader.course import exercises
 from grader.course.message import Message
 from grader.evaluation.pipeline import run_checks
 from grader.evaluation.records import Finding, Outcome
-from grader.tests.batch import classroom, fake_grading
+from grader.tests.batch import fake_grading
 from grader.tests.batch.test_class import marks
-from grader.tests.support.student import STUDENT_MAIN, main_c
 
 LOST = "tp1.fill_rect.clipped"
 Breaks = Callable[[Task, int], bool]  # a task, and how many were graded before it

@@ -15,11 +15,11 @@ from pathlib import Path
 
 import pytest
 
+from grader.authoring.specimens import classroom
 from grader.batch import command, pool
 from grader.batch.grade_one import BuildFolder, grade
 from grader.batch.results_folder import ResultsFolder, StoredResult
 from grader.console.run import ExitCode
-from grader.tests.batch import classroom
 from grader.tests.batch.test_class import marks
 
 UNLINKABLE = {"main.c": "int x = ;\n", "raytracer.c": "#error\n", "octree.c": "#error\n"}

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from grader.authoring.specimens.student import EVERY_PIXEL
 from grader.build import compiler_run, headers, target, toolchain
 from grader.build.builder import Builder, BuildError, build
 from grader.build.declarations import declared
@@ -20,7 +21,6 @@ from grader.sandbox import tools
 from grader.sandbox.budget import SECONDS, Budget
 from grader.sandbox.tools import ToolResult, run_tool
 from grader.tests.support.sources import ENDLESS
-from grader.tests.support.student import EVERY_PIXEL
 
 SMALL = Target(96, 64)
 LINUX = Compiler(("gcc",), "gcc 12", "linux")

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from grader.authoring.proof.solver import stub
 from grader.checking import c_literals, reproducer
 from grader.checking.expected_data import Answer, Batch
 from grader.checking.reproducer import Look
@@ -22,7 +23,6 @@ from grader.course.exercises import CORE, ROOT
 from grader.course.texts import Texts
 from grader.tests.support.outputs import outputs
 from grader.tests.support.sampling import sampled
-from grader.tests.support.solver import stub
 
 REFERENCE = ROOT / "reference"
 Checks = list[dict[str, Any]]

@@ -10,12 +10,12 @@ from typing import Any
 
 import pytest
 
+from grader.authoring.proof.solver import TURNS, stub
 from grader.authoring.skeleton import skeleton
 from grader.course import exercises as manifest
 from grader.tests.support import grading
 from grader.tests.support.judging import judge, solution
 from grader.tests.support.sampling import sampled
-from grader.tests.support.solver import TURNS, stub
 
 ROOT = Path(__file__).resolve().parents[3]
 PROGRAM = Path(__file__).with_name("raytracer.c")  # written otherwise in every place

@@ -9,11 +9,11 @@ from pathlib import Path
 import pytest
 
 from grader.authoring.skeleton import skeleton
+from grader.authoring.specimens.student import EVERY_PIXEL
 from grader.build import toolchain
 from grader.course import exercises
 from grader.tests.support import grading
 from grader.tests.support.grading import Graded
-from grader.tests.support.student import EVERY_PIXEL
 
 ROOT = Path(__file__).resolve().parents[3]
 Write = Callable[..., Path]

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from grader.authoring.specimens.student import STUDENT_MAIN, main_c
 from grader.execution.patience import Patience, Seconds
 from grader.execution.records import Cause
 from grader.execution.session import Library, open_core
@@ -14,7 +15,6 @@ from grader.execution.session_socket import Died, Limits, SessionSocket
 from grader.sandbox import budget
 from grader.sandbox.budget import ASLEEP, Budget
 from grader.tests.support.judging import judge
-from grader.tests.support.student import STUDENT_MAIN, main_c
 
 Write = Callable[..., Path]
 NAP = "extern int usleep(unsigned); usleep({}); img[0].x = 1;"

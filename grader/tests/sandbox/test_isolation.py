@@ -18,6 +18,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from grader.authoring.specimens import hostile
+from grader.authoring.specimens.hostile import Quick
+from grader.authoring.specimens.student import STUDENT_MAIN, main_c
 from grader.build import sanitizer_guard, target
 from grader.commands import main
 from grader.course.exercises import ROOT
@@ -28,10 +31,7 @@ from grader.execution.worker_process import Limits, MachineError, start_worker
 from grader.sandbox import bubblewrap, tools
 from grader.sandbox.bubblewrap import sandbox
 from grader.sandbox.levels import Isolation, IsolationError, Level, best, using
-from grader.tests.sandbox.hostile import corpus
-from grader.tests.sandbox.hostile.corpus import Quick
 from grader.tests.support.shell import NOBODY
-from grader.tests.support.student import STUDENT_MAIN, main_c
 from grader.worker.syscalls import ARCHITECTURES
 
 Write = Callable[..., Path]
@@ -183,15 +183,17 @@ MEDIUM_REFUSES = ("reading.c", "leaving.c", "processes.c", "kernel.c")
 
 def test_medium_refuses_without_namespaces(cache: Path, tmp_path: Path) -> None:
     """Seccomp and Landlock alone: files, processes, sockets and memory of others stay closed."""
-    folder = corpus.write(tmp_path / "rendu", tmp_path / "secret", os.getpid())
-    (tmp_path / "secret").write_text(corpus.SECRET_TEXT, encoding="ascii")
-    names = corpus.attacks()
-    sources = [(corpus.HERE / "run" / name).read_text(encoding="utf-8") for name in MEDIUM_REFUSES]
+    folder = hostile.write(tmp_path / "rendu", tmp_path / "secret", os.getpid())
+    (tmp_path / "secret").write_text(hostile.SECRET_TEXT, encoding="ascii")
+    names = hostile.attacks()
+    sources = [
+        (hostile.FOLDER / "run" / name).read_text(encoding="utf-8") for name in MEDIUM_REFUSES
+    ]
     tried = [name for name in names if any(f"ATTACK({name})" in text for text in sources)]
     done = []
     with using(Level.MEDIUM), open_core(folder, 96, 64, cache=cache) as core:
         for name in tried:
-            if corpus.ends_of(name):
+            if hostile.ends_of(name):
                 continue
             with core.session(Quick()) as session:
                 arguments = (PIXELS, names.index(name), (0, 0, 0), (0, 0, 0))
@@ -256,7 +258,7 @@ def test_no_place_of_the_machine_is_told(level: Level, tmp_path: Path, cache: Pa
     """By any message, at any level: neither where things are built nor where they run."""
     if level is Level.STRONG and best().level is not Level.STRONG:
         pytest.skip("bubblewrap is missing")
-    folder = corpus.lay(tmp_path / "rendu", {"main.c": main_c({**STUDENT_MAIN, **SPEAKING})})
+    folder = hostile.lay(tmp_path / "rendu", {"main.c": main_c({**STUDENT_MAIN, **SPEAKING})})
     for name, text in BROKEN.items():
         (folder / name).write_text(f"{text}\n", encoding="utf-8")
     content = graded(folder, level, cache)

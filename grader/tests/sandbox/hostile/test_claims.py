@@ -10,14 +10,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from grader.authoring.specimens import hostile
+from grader.authoring.specimens.hostile import Quick
+from grader.authoring.specimens.student import STUDENT_MAIN, main_c
 from grader.course.exercises import PACKAGE, ROOT
 from grader.execution.canary import prove
 from grader.execution.session import open_core
 from grader.execution.worker_process import Died
 from grader.sandbox.levels import IsolationError, Level, using
-from grader.tests.sandbox.hostile import corpus
-from grader.tests.sandbox.hostile.corpus import Quick
-from grader.tests.support.student import STUDENT_MAIN, main_c
 
 PAGE = (ROOT / "INSTRUCTORS.md").read_text(encoding="utf-8")
 # The rows of the page's table by level, and what is tried: an act of the canary, or one of ours.
@@ -107,8 +107,8 @@ def test_each_level_lets_through_what_the_page_says(
         "fill": "for (volatile int k = 1; k;) { } (void)img, (void)c;",
     }
     spy = SPY.replace("@ROOT@", str(ROOT))
-    files = {"main.c": main_c({**STUDENT_MAIN, **bodies}), "spy.c": corpus.INCLUDE + spy}
-    folder = corpus.lay(tmp_path / "rendu", files)
+    files = {"main.c": main_c({**STUDENT_MAIN, **bodies}), "spy.c": hostile.INCLUDE + spy}
+    folder = hostile.lay(tmp_path / "rendu", files)
     could = {*prove(cache).permitted}
     picture = np.zeros((96 * 64, 3), np.float32)
     with open_core(folder, 96, 64, cache=cache) as core:

@@ -23,6 +23,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from grader.authoring.specimens import hostile
+from grader.authoring.specimens.hostile import MARK, SECRET_TEXT, Quick
 from grader.build import builder
 from grader.build.records import BuildResult, Target
 from grader.course.exercises import ROOT
@@ -34,8 +36,6 @@ from grader.intake.submission import read_submission
 from grader.sandbox import tools
 from grader.sandbox.budget import load
 from grader.sandbox.levels import IsolationError, Level, using
-from grader.tests.sandbox.hostile import corpus
-from grader.tests.sandbox.hostile.corpus import MARK, SECRET_TEXT, Quick
 from grader.tests.support.sampling import sampled
 from grader.tests.support.shell import NOBODY
 
@@ -135,7 +135,7 @@ def opened(cache: Path, secret: Path, strong: None) -> Iterator[tuple[dict[str, 
     They are the most that there may be when no program runs: the workers, with a session each that
     is ready for the next program.
     """
-    folder = corpus.write(cache / "hostile" / "rendu", secret, os.getpid())
+    folder = hostile.write(cache / "hostile" / "rendu", secret, os.getpid())
     with (
         open_core(folder, *SIZE, cache=cache) as plain,
         open_core(folder, *SIZE, sanitized=True, cache=cache) as sanitized,
@@ -160,7 +160,7 @@ def quiet(opened: tuple[dict[str, Library], int]) -> int:
 
 def _run(core: Library, name: str) -> tuple[bool, Death | None, str]:
     """Run a program; return whether it could do what it tried, its end, and all that came back."""
-    number = corpus.attacks().index(name)
+    number = hostile.attacks().index(name)
     with core.session(Quick()) as session:
         try:
             reply = session.call("fill_circle", PIXELS, number, ZERO, ZERO)
@@ -174,8 +174,8 @@ def _run(core: Library, name: str) -> tuple[bool, Death | None, str]:
 BOTH = [
     (build, name)
     for build in ("plain", "sanitized")
-    for name in corpus.attacks()
-    if build == "plain" or not corpus.ends_of(name) & {*OUT_OF_TIME}
+    for name in hostile.attacks()
+    if build == "plain" or not hostile.ends_of(name) & {*OUT_OF_TIME}
 ]
 
 
@@ -186,21 +186,21 @@ def test_a_hostile_program_gets_nowhere(
     cores: dict[str, Library], quiet: int, build: str, name: str
 ) -> None:
     """It is refused, or ends as it must; nothing stolen comes back, and the worker goes on."""
-    hostile = cores[build]
+    core = cores[build]
     started = time.monotonic()
-    could, death, seen = _run(hostile, name)
+    could, death, seen = _run(core, name)
     assert time.monotonic() - started < LONGEST_SECONDS * load()
     _wait_for(quiet)
     assert not could
     assert not STOLEN.search(seen)
     assert all(each.isprintable() or each in "\n\t" for each in (death.text if death else ""))
-    ends = corpus.ends_of(name)
+    ends = hostile.ends_of(name)
     if build == "sanitized" and death:
         # The sanitizers' own watch may end it first.
         assert death.cause in ends | {Cause.SIGNAL, Cause.EXIT, Cause.MEMORY}
     else:
         assert {death.cause} <= ends if death else not ends
-    with hostile.session(Quick()) as session:
+    with core.session(Quick()) as session:
         assert session.call("fill", PIXELS, (1, 1, 1)).args["img"].all()
 
 
@@ -224,7 +224,7 @@ def test_an_end_is_placed(
     _, death, _ = _run(cores[build], name)
     assert death is not None
     place, line = death.location.split(":")
-    source = (corpus.HERE / "run" / file).read_text(encoding="utf-8").splitlines()
+    source = (hostile.FOLDER / "run" / file).read_text(encoding="utf-8").splitlines()
     assert (place, death.function) == (file, function)
     heads = [each for each in source[: int(line)] if re.match(r"ATTACK|static", each)]
     assert function.removeprefix("attack_") in heads[-1]
@@ -243,16 +243,16 @@ def test_memory_is_bounded_under_the_sanitizers(cores: dict[str, Library]) -> No
 
 
 @pytest.mark.parametrize(
-    ("name", "code"), list(corpus.loads()), ids=[name for name, _ in corpus.loads()]
+    ("name", "code"), list(hostile.loads()), ids=[name for name, _ in hostile.loads()]
 )
 def test_what_acts_while_loading_gains_nothing(
     name: str, code: str, cache: Path, tmp_path: Path
 ) -> None:
     """A session that ends, hangs or forges before the first call is the submission's own end."""
-    folder = corpus.lay(tmp_path / "rendu", {"extra.c": code})
+    folder = hostile.lay(tmp_path / "rendu", {"extra.c": code})
     with open_core(folder, *SIZE, cache=cache) as core:
         assert core.constants["EPSILON"] == pytest.approx(1e-4, rel=10)
-        overruled = contextlib.nullcontext() if name in corpus.OVERRULED else None
+        overruled = contextlib.nullcontext() if name in hostile.OVERRULED else None
         with overruled or pytest.raises((Died, Missing)), core.session(Quick()) as session:
             picture = session.call("fill_red", PIXELS).args["img"]
             assert (picture == (1, 0, 0)).all()
@@ -270,11 +270,11 @@ def test_hostile_sources_steal_nothing_and_end(
     """Each is rejected or harmless within its limits, and no byte of the machine comes back."""
     monkeypatch.setattr(tools, "CPU_SECONDS", 1)
     monkeypatch.setattr(tools, "MEMORY_BYTES", 512 << 20)
-    sources = dict(corpus.compilations(secret))
+    sources = dict(hostile.compilations(secret))
     assert len(sources) >= 25
 
     def outcome(name: str) -> tuple[BuildResult, float]:
-        return _built(corpus.lay(tmp_path / name, {"extra.c": sources[name]}), cache)
+        return _built(hostile.lay(tmp_path / name, {"extra.c": sources[name]}), cache)
 
     with ThreadPoolExecutor(2) as pool:
         results = dict(zip(sources, pool.map(outcome, sources), strict=True))

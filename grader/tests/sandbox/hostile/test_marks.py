@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from grader.authoring.specimens.student import STUDENT_MAIN, main_c
 from grader.tests.support.judging import judge
-from grader.tests.support.student import STUDENT_MAIN, main_c
 
 WHOLE = 1500
 SHOUT = """

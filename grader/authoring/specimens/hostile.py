@@ -7,12 +7,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from grader.authoring.specimens.student import STUDENT_MAIN, main_c
 from grader.course.exercises import ROOT
 from grader.execution.records import Cause
 from grader.execution.worker_process import Limits
-from grader.tests.support.student import STUDENT_MAIN, main_c
+from grader.intake.originals import REFERENCE
 
-HERE = Path(__file__).parent
+FOLDER = REFERENCE / "hostile"
 SECRET_TEXT = "the-secret-of-the-grader-0451"
 MARK = "mrt-hostile-mark"  # in the name of whatever a program tries to leave
 
@@ -70,7 +71,7 @@ def write(folder: Path, secret: Path, grader: int) -> Path:
     """Write all the programs as one submission: fill_circle of radius k runs number k."""
     names = attacks()
     files = {path.name: path.read_text(encoding="utf-8") for path in _sources()}
-    files["hostile.h"] = (HERE / "run" / "hostile.h").read_text(encoding="utf-8")
+    files["hostile.h"] = (FOLDER / "run" / "hostile.h").read_text(encoding="utf-8")
     files["target.h"] = (
         f'#define SECRET "{secret}"\n#define MARK "{MARK}"\n'
         f'#define ROOT "{ROOT}"\n#define PARENT {grader}\n'
@@ -100,15 +101,15 @@ OVERRULED = ("lie_about_constants",)  # what they define is the shim's: no more 
 
 def loads() -> Iterator[tuple[str, str]]:
     """Yield programs that act as soon as they are loaded: name, and C file."""
-    for path in sorted((HERE / "load").glob("*.c")):
+    for path in sorted((FOLDER / "load").glob("*.c")):
         yield path.stem, path.read_text(encoding="utf-8")
 
 
 def compilations(secret: Path) -> Iterator[tuple[str, str]]:
     """Yield sources against the compiler: name, and C file with the secret's path in it."""
-    for path in sorted((HERE / "compile").glob("*.c")):
+    for path in sorted((FOLDER / "compile").glob("*.c")):
         yield path.stem, path.read_text(encoding="utf-8").replace("@SECRET@", str(secret))
 
 
 def _sources() -> list[Path]:
-    return sorted((HERE / "run").glob("*.c"))
+    return sorted((FOLDER / "run").glob("*.c"))

@@ -16,14 +16,13 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+from grader.authoring.proof.solver import stub
+from grader.authoring.specimens import faulty, hostile
+from grader.authoring.specimens.student import STUDENT_MAIN, main_c
 from grader.course import exercises
 from grader.course.exercises import CORE, read_toml
 from grader.execution.records import Cause
 from grader.intake.originals import REFERENCE
-from grader.tests.commands import test_bad_submissions
-from grader.tests.sandbox.hostile import corpus
-from grader.tests.support.solver import stub
-from grader.tests.support.student import STUDENT_MAIN, main_c
 
 STUDENT = ("main.c", "raytracer.c", "raytracer.h", "octree.c")
 NAMES = (
@@ -68,7 +67,7 @@ def skeleton(folder: Path) -> None:
 
 def first_tp(folder: Path, files: Mapping[str, str] | None = None) -> None:
     """Write a right TP1, and nothing else."""
-    corpus.lay(folder, {"main.c": main_c(STUDENT_MAIN), **(files or {})})
+    hostile.lay(folder, {"main.c": main_c(STUDENT_MAIN), **(files or {})})
 
 
 def authors(folder: Path, *lines: str) -> None:
@@ -178,8 +177,8 @@ def _twice(top: Path, name: str, number: int) -> Pupil:
 
 def _described(case: str) -> Kind:
     """Return the kind of one of the bad submissions of the grader's own tests."""
-    described = read_toml(test_bad_submissions.FOLDER / f"{case}.toml")
-    outcomes = test_bad_submissions.expected(described)
+    described = read_toml(faulty.FOLDER / f"{case}.toml")
+    outcomes = faulty.expected(described)
     earned = sum(
         check.points
         for exercise in exercises.load().exercises
@@ -196,7 +195,7 @@ def _described(case: str) -> Kind:
                     (folder / name).write_text(text, encoding="utf-8")
             return folder
 
-        test_bad_submissions.write(described, submission)
+        faulty.write(described, submission)
 
     return _folder(make, case, earned / 100)
 
@@ -209,16 +208,16 @@ def _hostile(name: str, code: str, points: float) -> Kind:
 
 def _attacking(first: int) -> Kind:
     """Return the kind that runs five programs of the hostile corpus, in TP1's five functions."""
-    names = corpus.attacks()
+    names = hostile.attacks()
     chosen = [(first + k) % len(names) for k in range(len(STUDENT_MAIN))]
     call = "extern void attack(int, color *); attack({}, img);"
     bodies = {name: call.format(k) for name, k in zip(STUDENT_MAIN, chosen, strict=True)}
 
     def make(folder: Path) -> None:
-        corpus.write(folder, SECRET, 1)
+        hostile.write(folder, SECRET, 1)
         (folder / "main.c").write_text(main_c(bodies), encoding="utf-8")
 
-    hangs = any(Cause.TIMEOUT in corpus.ends_of(names[k]) for k in chosen)
+    hangs = any(Cause.TIMEOUT in hostile.ends_of(names[k]) for k in chosen)
     return _folder(make, f"{names[chosen[0]]}...", 0, hangs)
 
 
@@ -237,13 +236,13 @@ def _kinds() -> list[Kind]:
         _twice,
     ]
     odd = [_folder(partial(stub, turn=k), "stub", 0) for k in range(4)]
-    odd += [_described(name) for name in test_bad_submissions.NAMES]
+    odd += [_described(name) for name in faulty.NAMES]
     odd += [
-        _hostile(name, text, TP1_POINTS if name in corpus.OVERRULED else 0)
-        for name, text in corpus.loads()
+        _hostile(name, text, TP1_POINTS if name in hostile.OVERRULED else 0)
+        for name, text in hostile.loads()
     ]
-    odd += [_hostile(name, text, TP1_POINTS) for name, text in corpus.compilations(SECRET)]
-    odd += [_attacking(k) for k in range(0, len(corpus.attacks()), len(STUDENT_MAIN))]
+    odd += [_hostile(name, text, TP1_POINTS) for name, text in hostile.compilations(SECRET)]
+    odd += [_attacking(k) for k in range(0, len(hostile.attacks()), len(STUDENT_MAIN))]
     room = SIZE - len(ordinary) - len(odd)
     rest = [*odd, *(ordinary[k % len(ordinary)] for k in range(room))]
     random.Random(0).shuffle(rest)
