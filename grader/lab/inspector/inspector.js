@@ -4,7 +4,7 @@
 const MOST_ZOOM = 16;
 const TURN = 0.12; // radians, for one press of an arrow key
 const LIT = 3; // width of the ray whose row is under the mouse
-const LOOK = 500; // milliseconds, between two looks at the ink of the page's theme
+const THEME = ["data-jp-theme-name", "data-jp-theme-light"]; // of the page's body: the ink changes with them
 const GREY = "#808080"; // seen on light ground and on dark
 const STYLE = `
 .mrt-inspector{font-family:var(--jp-content-font-family,sans-serif);color:var(--jp-content-font-color1,#222);container-type:inline-size}
@@ -323,14 +323,15 @@ function inspector(model, el) {
   model.on("change:pixel", picture.draw);
   model.on("change:scene", picture.load);
   const sizes = new ResizeObserver(space.draw);
-  const follow = setInterval(space.follow, LOOK);
+  const themes = new MutationObserver(space.follow);
   el.append(root);
   picture.load();
   write();
   sizes.observe(views);
+  themes.observe(document.body, { attributes: true, attributeFilter: THEME });
   return () => {
     sizes.disconnect();
-    clearInterval(follow);
+    themes.disconnect();
   };
 }
 
