@@ -90,10 +90,10 @@ class Drawing:
             self._note(wrong)
             self._complain("wrong_pixel", wrong, expected, expected)
 
-    def expect_nearly(self, expected: Image) -> None:
+    def expect_nearly(self, expected: Image, tolerance: float = COPIED) -> None:
         """Raise Wrong at the first pixel that is not as expected, unless there are few of them."""
-        if self._wrong(expected, COPIED).mean() > FEW:
-            self.expect(expected)
+        if self._wrong(expected, tolerance).mean() > FEW:
+            self.expect(expected, tolerance)
 
     def expect_where_drawn(self, expected: Image) -> None:
         """Raise Wrong unless what was drawn is as expected; half of the picture at least was."""

@@ -59,7 +59,7 @@ def test_fill_color_color(student: Student) -> None:
     for canvas in canvases(student):
         for c in [[0.25, 0.5, 0.75], *random_numbers(2, 3, 3)]:
             drawing = canvas.draw("fill", canvas.noise(), c=c)
-            drawing.expect_nearly(shapes.flat(canvas.size, c))
+            drawing.expect_nearly(shapes.flat(canvas.size, c), ONE_LEVEL)
 
 
 @pytest.mark.check("tp1.fill_color.every_pixel")
@@ -67,7 +67,8 @@ def test_fill_color_every_pixel(student: Student) -> None:
     """Every pixel takes the colour that is given."""
     for canvas in canvases(student):
         for c in [[0.25, 0.5, 0.75], *random_numbers(2, 3, 3)]:
-            canvas.draw("fill", canvas.noise(), c=c).expect(shapes.flat(canvas.size, c))
+            drawing = canvas.draw("fill", canvas.noise(), c=c)
+            drawing.expect(shapes.flat(canvas.size, c), ONE_LEVEL)
 
 
 @pytest.mark.check("tp1.fill_color.as_it_is")
@@ -86,10 +87,11 @@ def test_horizontal_gradient_direction(student: Student) -> None:
         drawing = canvas.draw("horizontal_gradient", canvas.noise(), c1=BLUE, c2=WHITE)
         height = canvas.size[1]
         # Not at the ends themselves: that every row is drawn is asked of `rows`.
-        for j, wanted in ((height - 2, BLUE), (1, WHITE)):
+        for j, wanted, other in ((height - 2, BLUE, WHITE), (1, WHITE, BLUE)):
             got = drawing.after[j, 0]
-            # Whatever the convention, that is at most two rows' steps away from its colour.
-            if not (np.abs(got - np.array(wanted)) <= 2 / height + ONE_LEVEL).all():
+            # How the colours are mixed is asked of `rows` too.
+            away, back = (np.linalg.norm(got - np.array(each)) for each in (wanted, other))
+            if not away < back:
                 values = describe.pair(got, np.array(wanted))
                 wrong = Wrong("failure.end", call=drawing.call, j=j, height=height, **values)
                 whole = shapes.gradients(canvas.size, BLUE, WHITE)[0]
@@ -148,7 +150,7 @@ def test_fill_rect_corner_order(student: Student) -> None:
     """The two corners may come in any order."""
     check_boxes(
         student,
-        lambda w, h: [(30, 20, 10, 40), (10, 40, 30, 20), (30, 40, 10, 20), (w - 1, h - 1, 1, 1)],
+        lambda w, h: [(30, 20, 10, 40), (10, 40, 30, 20), (30, 40, 10, 20), (h - 9, h - 1, 1, 1)],
     )
 
 

@@ -158,7 +158,6 @@ def _sky(m: Maker) -> list[Batch]:
     mat = sky.args["it"]["mat"]
     mat["ks"][0] = 1
     mat["ks"][2::9], mat["kr"][2::9] = 0.04, 0.04
-    sky.args["it"]["normal"][3::5] *= -1  # seen from behind
     return [sky]
 
 
@@ -181,6 +180,7 @@ def _alone(m: Maker) -> list[Batch]:
     """Return mirrors that have a colour of their own, in the light."""
     batch = mirrors(m, _large_ball(m), 90, kd=m.uniform(0.2, 0.7, 1, 3)[0], shininess=5)
     lamp = m.lights(-batch.args["it"]["normal"][:1] * np.float32(-60), (1, 1, 1))
+    batch.args["it"]["normal"][3::5] *= -1  # seen from behind
     return [replace(batch, globals={**batch.globals, "lights": lamp})]
 
 
