@@ -19,6 +19,7 @@ from grader.course.exercises import PACKAGE, ROOT
 from grader.execution import crash_location, death_messages, session_report
 from grader.execution.records import Cause, Death
 from grader.intake import authors, definitions, file_names, originals
+from grader.report import vpl
 from grader.report.page import markup
 from grader.setup import folding
 
@@ -89,6 +90,7 @@ READERS: dict[str, tuple[int, Callable[[str], object]]] = {
     "_COPY_OF _COPY": (file_names.MAX_NAME, file_names.original),
     "_INSEPARABLE": (2000, lambda text: folding.folded(text, 80)),
     "_HIDDEN _SPAN": (2000, lambda text: (markup.typeset(text, "fr"), markup.c_lines(text))),
+    "_ENDS": (100_000, vpl.comments),
     "_MEMBER": (100_000, lambda text: markup.told(text, "fr")),
 }
 # Of text that is our own.
