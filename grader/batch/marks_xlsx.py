@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import io
+import zipfile
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -28,6 +29,7 @@ def marks_sheet(
     """Return the file: numbers are numbers, and a text that looks like a formula is a text."""
     from openpyxl import Workbook  # type: ignore[import-untyped]
     from openpyxl.styles import Font  # type: ignore[import-untyped]
+    from openpyxl.writer.excel import ExcelWriter  # type: ignore[import-untyped]
 
     book = Workbook()
     sheet = book.active
@@ -43,8 +45,24 @@ def marks_sheet(
         sheet.column_dimensions[column[0].column_letter].width = min(longest + 2, WIDEST)
     sheet.freeze_panes = "B2"
     out = io.BytesIO()
-    book.save(out)
+    ExcelWriter(book, _Undated(out, "w", zipfile.ZIP_DEFLATED, strict_timestamps=False)).save()
     return out.getvalue()
+
+
+class _Undated(zipfile.ZipFile):
+    """An archive for any clock: ZIP has no dates before 1980, where a machine's may stand."""
+
+    def writestr(
+        self,
+        zinfo_or_arcname: Any,
+        data: Any,
+        compress_type: int | None = zipfile.ZIP_DEFLATED,
+        compresslevel: int | None = None,
+    ) -> None:
+        """Write a file of the first day that there is."""
+        name = zinfo_or_arcname
+        entry = zipfile.ZipInfo(name) if isinstance(name, str) else name
+        super().writestr(entry, data, compress_type, compresslevel)
 
 
 def _fill(cell: Any, value: Cell) -> None:

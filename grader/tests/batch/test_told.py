@@ -94,7 +94,8 @@ def test_pseudonyms_say_nothing(tmp_path: Path) -> None:
     with ResultsFolder(tmp_path / "out") as results:
         assert results.pseudonyms(names) == first
     with ResultsFolder(tmp_path / "other") as results:
-        assert not set(results.pseudonyms(names).values()) & set(first.values())
+        others = results.pseudonyms(names)
+    assert sum(others[name] == first[name] for name in names) < 5  # of a million codes
     assert few == {name: first[name] for name in names[5:9]}
     assert len(set(first.values())) == 40
     assert sorted(first.values()) != [first[name] for name in names]
