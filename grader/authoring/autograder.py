@@ -7,11 +7,9 @@ platform; what a platform reads is made of the results.
 from __future__ import annotations
 
 import csv
-import io
 import json
 import shutil
-import zipfile
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
@@ -25,8 +23,6 @@ from grader.sandbox.levels import Level, current
 TOP = "miniraytracer"  # the project's folder in an archive
 _CLASS, _NAME = "class", "rendu"
 _LEFT_OUT = ("grader/tests/", ".ci/", ".vscode/", ".devcontainer/")
-_EXECUTABLE, _PLAIN = 0o100755, 0o100644
-_DATE = (1980, 1, 1, 0, 0, 0)  # the same bytes each time
 
 
 class AutograderError(UserError):
@@ -40,19 +36,6 @@ def project(root: Path) -> dict[str, bytes]:
         raise AutograderError("autograder.no_git", path=root)
     names = [each for each in tracked if not each.startswith(_LEFT_OUT)]
     return {f"{TOP}/{name}": release.read(root, name) for name in names}
-
-
-def packed(content: Mapping[str, bytes], executable: Collection[str] = ()) -> bytes:
-    """Return the archive of files, of which some can be executed."""
-    out = io.BytesIO()
-    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
-        for path, data in sorted(content.items()):
-            entry = zipfile.ZipInfo(path, _DATE)
-            mode = _EXECUTABLE if path in executable else _PLAIN
-            entry.create_system, entry.external_attr = 3, mode << 16
-            entry.compress_type = zipfile.ZIP_DEFLATED
-            archive.writestr(entry, data)
-    return out.getvalue()
 
 
 def expect_isolation() -> None:

@@ -9,17 +9,16 @@ from __future__ import annotations
 
 import argparse
 import hashlib
-import io
 import json
 import os
 import re
 import subprocess
 import tempfile
 import time
-import zipfile
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path, PurePosixPath
 from typing import Any
+from zipfile import ZIP_STORED
 
 import grader
 from grader.authoring.expected.command import SEED
@@ -30,7 +29,7 @@ from grader.course import exercises, settings
 from grader.course.exercises import ROOT
 from grader.course.message import GraderError, UserError
 from grader.course.texts import LANGUAGES, Texts, preferred
-from grader.files import write_whole
+from grader.files import write_whole, zipped
 from grader.intake import authors, originals
 from grader.setup import release_record
 from grader.setup.release_record import ORIGINALS, RECORD, TOP, Release, digest
@@ -125,13 +124,7 @@ def packed(files: Mapping[str, bytes]) -> bytes:
     Another date each time, or Python would take its compiled files for those of the last release.
     """
     date = time.gmtime(max(release_record.parse(files[RECORD]).date, FIRST_DATE))[:6]
-    out = io.BytesIO()
-    with zipfile.ZipFile(out, "w", zipfile.ZIP_STORED) as archive:
-        for path, content in sorted(files.items()):
-            entry = zipfile.ZipInfo(f"{TOP}/{path}", date)
-            entry.create_system, entry.external_attr = 3, 0o100644 << 16
-            archive.writestr(entry, content)
-    return out.getvalue()
+    return zipped({f"{TOP}/{path}": each for path, each in files.items()}, date, ZIP_STORED)
 
 
 def student_makefile(text: str) -> str:

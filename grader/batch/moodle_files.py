@@ -6,9 +6,7 @@ Written after what Moodle's importer does: see grader/batch/MOODLE.md.
 from __future__ import annotations
 
 import html
-import io
 import re
-import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from decimal import ROUND_HALF_UP, Decimal
@@ -20,7 +18,7 @@ from grader.batch.moodle_worksheet import Worksheet, with_rows
 from grader.batch.records import Mark
 from grader.course.message import Message
 from grader.course.texts import Texts
-from grader.files import write_whole
+from grader.files import write_whole, zipped
 
 FEEDBACK = "report.html"
 _NO = ("no", "non")
@@ -134,14 +132,7 @@ def _obstacles(
 
 def write_feedback(path: Path, pages: Mapping[str, bytes]) -> None:
     """Write the archive of feedback files: for each name of a Moodle folder, a student's page."""
-    packed = io.BytesIO()
-    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, content in sorted(pages.items()):
-            # ZipInfo's own date: the bytes depend on the pages alone.
-            entry = zipfile.ZipInfo(f"{name}/{FEEDBACK}")
-            entry.external_attr = 0o100644 << 16
-            archive.writestr(entry, content, zipfile.ZIP_DEFLATED)
-    write_whole(path, packed.getvalue())
+    write_whole(path, zipped({f"{name}/{FEEDBACK}": each for name, each in pages.items()}))
 
 
 def folder_name(label: str, number: str) -> str:

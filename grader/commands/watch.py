@@ -14,11 +14,11 @@ from pathlib import Path
 
 from grader.console.run import ExitCode
 from grader.course.texts import Texts, preferred
+from grader.files import Marks, marks
 
 # How editors tell when a round begins and ends: .vscode/tasks.json.
 BEGINS, ENDS = "== ", "-- "
 SECONDS = 0.3  # between two looks
-Files = dict[str, tuple[int, int]]  # time of writing in nanoseconds and size, by path
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -35,12 +35,12 @@ def watch(
     """Grade at once, and after each save; return the exit code of a grade that cannot be asked."""
     texts = Texts(preferred())
     folder = Path(next(iter(arguments), "."))
-    seen: Files | None = None
+    seen: Marks | None = None
     while True:
-        now = files(folder)
+        now = marks(folder)
         if now != seen:
             wait()  # an editor may write in several steps
-            if files(folder) != now:
+            if marks(folder) != now:
                 continue
             seen = now
             print(f"{BEGINS}{datetime.now():%H:%M:%S}", flush=True)
@@ -48,18 +48,6 @@ def watch(
                 return code
             print(ENDS + texts.say("watch.waiting"), flush=True)
         wait()
-
-
-def files(folder: Path) -> Files:
-    """Return the C files of a folder as they are now."""
-    found: Files = {}
-    for path in sorted(folder.glob("*.[ch]")):
-        try:
-            state = path.stat()
-        except OSError:  # being replaced
-            continue
-        found[path.name] = (state.st_mtime_ns, state.st_size)
-    return found
 
 
 def _grade(arguments: Sequence[str]) -> int:

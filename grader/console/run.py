@@ -31,6 +31,11 @@ def run(act: Callable[[], int], texts: Texts) -> int:
         return ExitCode.INTERRUPTED
 
 
+def told(error: GraderError | OSError, texts: Texts) -> str:
+    """Return an error as a line to read: the machine's own words where it is no error of ours."""
+    return error.sentence(texts) if isinstance(error, GraderError) else str(error)
+
+
 def complain(sentence: str, code: int) -> int:
     """Say what is wrong; return the exit code."""
     put(sentence, sys.stderr)

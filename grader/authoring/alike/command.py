@@ -16,7 +16,7 @@ from grader.authoring.alike.page import Compared
 from grader.authoring.alike.pieces import pieces
 from grader.authoring.alike.sharing import Program, pairs
 from grader.authoring.alike.tools import AlikeError
-from grader.authoring.specimens import patches, variants
+from grader.authoring.specimens import variants
 from grader.batch import contents, roster
 from grader.batch.alike_list import NAME, PAGE
 from grader.batch.contents import some
@@ -32,9 +32,10 @@ from grader.course.texts import LANGUAGES, Texts
 from grader.files import write_whole
 from grader.intake import originals
 from grader.intake.authors import Authors
+from grader.intake.originals import REFERENCE
 from grader.report.results import write
 
-INDEPENDENT = patches.REFERENCE / "independent"
+INDEPENDENT = REFERENCE / "independent"
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from typing import Any
 
 from grader.authoring.bench.browser import BrowserSession, NoBrowser
 from grader.authoring.bench.browsing import notebook
-from grader.authoring.specimens.patches import REFERENCE
+from grader.intake.originals import REFERENCE
 from grader.lab.display.store import write_json
 from grader.lab.inspector import widget
 from grader.lab.inspector.looking import InspectedScene

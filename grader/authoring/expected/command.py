@@ -41,13 +41,12 @@ from grader.checking.expected_data import (
     read,
     read_manifest,
 )
-from grader.course.exercises import ROOT
 from grader.evaluation.recognition import BANK
 from grader.execution.session import Library, Limits, open_core
+from grader.intake.originals import REFERENCE
 
 SEED = 2015
 PARTS = (tp2, tp3, patterns, tp4, mirrors, octree, tp5, glass)
-REFERENCE = ROOT / "reference"
 ROUNDING = 1e-5
 
 

@@ -17,6 +17,7 @@ from grader.console.run import ExitCode, complain
 from grader.course.exercises import ROOT
 from grader.course.message import GraderError
 from grader.course.texts import Texts, preferred
+from grader.files import zipped
 
 SCRIPTS = ("setup.sh", "run_autograder")
 
@@ -30,7 +31,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--out", type=Path, default=default, metavar="ZIP")
     options = parser.parse_args(arguments)
     try:
-        content = autograder.packed(files(ROOT), SCRIPTS)
+        content = zipped(files(ROOT), executable=SCRIPTS)
         release.write(options.out, content)
     except GraderError as error:
         return complain(error.sentence(texts), ExitCode.WRONG_USE)

@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from grader.authoring import autograder
-from grader.console.run import ExitCode, complain
+from grader.console.run import ExitCode, complain, told
 from grader.course.exercises import CORE
 from grader.course.message import GraderError
 from grader.course.texts import Texts, preferred
@@ -34,8 +34,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return autograder.grade(CORE, root)
         return _answered(root)
     except (GraderError, OSError) as error:
-        said = error.sentence(texts) if isinstance(error, GraderError) else str(error)
-        return complain(said, ExitCode.FAILED)
+        return complain(told(error, texts), ExitCode.FAILED)
 
 
 def _answered(root: Path) -> int:

@@ -15,7 +15,6 @@ from grader.authoring.oral import page
 from grader.authoring.oral.choice import choose
 from grader.authoring.oral.records import Swapped
 from grader.authoring.oral.trials import Laboratory
-from grader.authoring.specimens.patches import REFERENCE
 from grader.build.records import BuildStatus
 from grader.console import parser as usage
 from grader.console.parser import Parser
@@ -25,6 +24,7 @@ from grader.course.exercises import ROOT
 from grader.course.message import UserError
 from grader.course.texts import LANGUAGES, Texts
 from grader.files import write_whole
+from grader.intake.originals import REFERENCE
 from grader.intake.submission import read_submission
 from grader.sandbox.levels import current
 

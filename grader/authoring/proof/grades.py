@@ -25,6 +25,7 @@ from grader.course.exercises import CORE, MANIFEST, PACKAGE
 from grader.course.message import GraderError
 from grader.course.settings import COURSE
 from grader.files import content_key
+from grader.intake.originals import REFERENCE
 from grader.report.results import write
 
 # What decides on a mark, beside the data and the course's own C.
@@ -168,7 +169,7 @@ def judged_by() -> str:
     files = [FOLDER / "manifest.json", MANIFEST, COURSE]
     for package in _JUDGES:
         files += sorted((PACKAGE / package).rglob("*.py"))
-    files += sorted((*CORE.glob("*.[ch]"), *patches.REFERENCE.glob("*.[ch]")))
+    files += sorted((*CORE.glob("*.[ch]"), *REFERENCE.glob("*.[ch]")))
     digest = hashlib.sha256()
     for path in files:
         digest.update(path.name.encode() + b"\0" + path.read_bytes())

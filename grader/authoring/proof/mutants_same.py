@@ -28,6 +28,7 @@ from grader.course.exercises import CORE
 from grader.execution.session import Address, Library, Limits, Session
 from grader.execution.worker_process import Died
 from grader.files import content_key
+from grader.intake.originals import REFERENCE
 
 SEEDS = range(101, 104)
 RAYS = 10_000  # of each type of object
@@ -103,7 +104,7 @@ def _parts(mutant: Mutant) -> Iterator[tuple[str, Part]]:
 def _inputs() -> Mapping[str, tuple[Batch, ...]]:
     """Return the batches of the seeds, and rays at random, by the names of their suites."""
     found: dict[str, list[Batch]] = {}
-    folder = patches.REFERENCE.parent / "build" / "cache"
+    folder = REFERENCE.parent / "build" / "cache"
     with Kit(patches.submission("reference", patches.reference()), folder) as kit:
         core = kit.core(QUICK)
         for seed in SEEDS:

@@ -14,9 +14,10 @@ from pathlib import Path
 from grader.authoring.specimens import patches
 from grader.authoring.specimens.shares import Range, span
 from grader.course.exercises import ManifestError, read_toml
+from grader.intake.originals import REFERENCE
 from grader.intake.records import Submission
 
-FOLDER = patches.REFERENCE / "cases"
+FOLDER = REFERENCE / "cases"
 
 
 @dataclass(frozen=True)

@@ -13,11 +13,11 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from grader.authoring.specimens import patches
 from grader.authoring.specimens.edits import FunctionEdit
 from grader.course.exercises import CORE, ManifestError, read_toml
+from grader.intake.originals import REFERENCE
 
-TABLE = patches.REFERENCE / "contracts.toml"
+TABLE = REFERENCE / "contracts.toml"
 HEADER = CORE / "exercises.h"
 SAYS = "says"  # of a sentence that nothing can break: a title, an argument, a promise of the caller
 _CONTRACT = re.compile(r"/\* (TP\d\.B?\d) - (.*?)\*/", re.DOTALL)

@@ -13,9 +13,10 @@ from grader.authoring.specimens import patches
 from grader.authoring.specimens.shares import Range, span
 from grader.course import exercises
 from grader.course.exercises import ManifestError, read_toml
+from grader.intake.originals import REFERENCE
 from grader.intake.records import Submission
 
-FOLDER = patches.REFERENCE / "mistakes"
+FOLDER = REFERENCE / "mistakes"
 
 
 @dataclass(frozen=True)

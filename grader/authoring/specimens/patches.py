@@ -12,11 +12,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from grader.course import exercises
-from grader.course.exercises import ROOT
 from grader.course.message import GraderError
+from grader.intake.originals import REFERENCE
 from grader.intake.records import Submission
 
-REFERENCE = ROOT / "reference"
 _FILE = re.compile(r"\+\+\+ (?:b/)?reference/(\S+)")
 _HUNK = re.compile(r"@@ -(\d+)")
 

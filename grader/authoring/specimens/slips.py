@@ -9,11 +9,11 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from grader.authoring.specimens import patches
 from grader.authoring.specimens.edits import FunctionEdit
 from grader.course.exercises import ManifestError, read_toml
+from grader.intake.originals import REFERENCE
 
-TABLE = patches.REFERENCE / "slips.toml"
+TABLE = REFERENCE / "slips.toml"
 
 
 @dataclass(frozen=True)

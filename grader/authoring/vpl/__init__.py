@@ -17,12 +17,15 @@ from grader.authoring import autograder, release
 from grader.authoring.autograder import TOP
 from grader.batch import fresh_inputs
 from grader.batch.results_folder import NAME, ResultsFolder
-from grader.console.run import ExitCode, complain
+from grader.console.run import ExitCode, complain, told
 from grader.course.exercises import ROOT
 from grader.course.message import GraderError
 from grader.course.texts import Texts, preferred
+from grader.files import zipped
+from grader.report.vpl import COMMENT
 
-SCRIPTS = ("vpl_run.sh", "vpl_evaluate.sh")
+# What VPL runs, by name: what makes a line a comment of the evaluation, and what run.py is asked.
+SCRIPTS = {"vpl_run.sh": ("", " --table"), "vpl_evaluate.sh": (f"{COMMENT} ", "")}
 PACKAGE = f"{TOP}.zip"
 OWN = ".mrt"  # where the scripts unpack the package, beside the student's files
 LEFT_OUT = (OWN, PACKAGE, "vpl_*")  # of what lies there, what is not the student's
@@ -37,11 +40,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     try:
         project = autograder.project(ROOT)
-        content = autograder.packed(files({**project, **inputs()}), SCRIPTS)
+        content = zipped(files({**project, **inputs()}), executable=SCRIPTS)
         release.write(options.out, content)
     except (GraderError, OSError) as error:
-        said = error.sentence(texts) if isinstance(error, GraderError) else str(error)
-        return complain(said, ExitCode.WRONG_USE)
+        return complain(told(error, texts), ExitCode.WRONG_USE)
     size = texts.number(round(len(content) / 1e6, 1))
     print(texts.say("vpl.done", path=options.out, mb=size))
     return ExitCode.DONE
@@ -49,9 +51,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def files(package: dict[str, bytes]) -> dict[str, bytes]:
     """Return the execution files, by name; `package` is what the scripts unpack."""
-    folder = Path(__file__).parent
-    scripts = {name: (folder / name).read_bytes() for name in SCRIPTS}
-    return {**scripts, PACKAGE: autograder.packed(package)}
+    pattern = Path(__file__).with_name("vpl.sh").read_text(encoding="utf-8")
+    scripts = {
+        name: pattern.replace("@COMMENT@", comment).replace("@WORDS@", words).encode()
+        for name, (comment, words) in SCRIPTS.items()
+    }
+    return {PACKAGE: zipped(package), **scripts}
 
 
 def inputs() -> dict[str, bytes]:

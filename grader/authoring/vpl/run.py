@@ -18,7 +18,7 @@ from pathlib import Path
 
 from grader.authoring import autograder
 from grader.authoring.vpl import LEFT_OUT, OWN
-from grader.console.run import ExitCode
+from grader.console.run import ExitCode, told
 from grader.course.message import GraderError
 from grader.course.texts import Texts, preferred
 from grader.report import vpl
@@ -35,8 +35,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return _table(root)
         lines, code = _evaluated(root)
     except (GraderError, OSError) as error:
-        said = error.sentence(texts) if isinstance(error, GraderError) else str(error)
-        lines, code = vpl.comments(said), ExitCode.FAILED
+        lines, code = vpl.comments(told(error, texts)), ExitCode.FAILED
     sys.stdout.write("".join(f"{line}\n" for line in lines))
     return code
 

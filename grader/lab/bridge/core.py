@@ -29,7 +29,7 @@ from grader.lab.bridge import calls
 from grader.lab.bridge.constructors import Constructor
 from grader.lab.bridge.contracts import contracts
 from grader.lab.bridge.engine import Engine, OpenSession
-from grader.lab.bridge.scene import Scene, read, write
+from grader.lab.bridge.scene import Scene, drawn, read, write
 from grader.lab.cells import compare
 from grader.lab.display.error_cards import sentence
 from grader.lab.display.links import core_folder
@@ -149,10 +149,7 @@ class Core(Constructor):
 
         def act(stage: OpenSession) -> Picture:
             self._prepare(stage, {**self._options, **chosen})
-            stage.session.set("output_image", np.zeros((size[0] * size[1], 3), np.float32))
-            stage.session.call("raytrace")
-            flat = stage.session.get("output_image")
-            return flat.reshape(size[1], size[0], 3).view(Picture)
+            return drawn(stage.session, size)
 
         return self._engine.run(size, "raytrace", act)
 

@@ -7,7 +7,6 @@ raises `Stopped` with what to show, and the next call starts afresh.
 from __future__ import annotations
 
 import atexit
-import os
 import weakref
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
@@ -31,6 +30,7 @@ from grader.execution.worker_process import (
     WorkerProcess,
     start_worker,
 )
+from grader.files import Marks, marks
 from grader.intake.records import Submission
 from grader.intake.submission import read_submission
 from grader.lab.bridge.saves import SAVES
@@ -46,20 +46,6 @@ SECONDS = 20.0  # of one call; a whole picture may be asked for
 SMALL, SECONDS_SMALL = 10_000, 5.0  # a picture of less pixels needs less
 SECONDS_AGAIN = 3.0  # once a call has run out of time, until the files change
 MOST_SESSIONS = 3
-SOURCES = (".c", ".h")
-
-
-Marks = tuple[tuple[str, int, int], ...]  # of files: name, date, size
-
-
-def marks(folder: Path) -> Marks:
-    """Return what changes when a C file of the folder is saved."""
-    try:
-        with os.scandir(folder) as entries:
-            found = [(each.name, each.stat()) for each in entries if each.name.endswith(SOURCES)]
-    except OSError:
-        return ()
-    return tuple(sorted((name, stat.st_mtime_ns, stat.st_size) for name, stat in found))
 
 
 @dataclass
@@ -208,6 +194,11 @@ class Engine:
         self._marks = found
         self._submission = submission
         return True
+
+    @property
+    def files(self) -> Mapping[str, bytes]:
+        """The student's files as they were last read."""
+        return self._files
 
     @property
     def is_endless(self) -> bool:

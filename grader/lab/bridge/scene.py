@@ -10,10 +10,13 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
+from grader.checking.shapes import Size
 from grader.course.exercises import CORE
+from grader.execution.session import Session
 from grader.lab.bridge.engine import OpenSession
 from grader.lab.display.card import Shown, stack
 from grader.lab.display.error_cards import sentence
+from grader.lab.display.picture import Picture
 from grader.lab.display.stopped import Stopped
 from grader.lab.display.values import Camera, Light, Object
 
@@ -75,6 +78,13 @@ def write(stage: OpenSession, scene: int | Scene, folder: Path) -> None:
     objects = session.get("scene", int(session.get("object_count")))
     if (objects["mat"]["pattern"] == _PATTERN_IMAGE).any():
         _lend_texture(stage, folder)
+
+
+def drawn(session: Session, size: Size) -> Picture:
+    """Return what raytrace() draws of a session's scene; (width, height) is that of its build."""
+    session.set("output_image", np.zeros((size[0] * size[1], 3), np.float32))
+    session.call("raytrace")
+    return session.get("output_image").reshape(size[1], size[0], 3).view(Picture)
 
 
 def _fill(stage: OpenSession, scene: Scene) -> None:

@@ -6,16 +6,15 @@ import base64
 import contextlib
 from collections.abc import Mapping
 
-import numpy as np
-
 from grader.course import exercises
 from grader.course.exercises import Exercise
 from grader.course.sizes import UNIT
 from grader.execution.libraries import Libraries, NotBuilt
 from grader.execution.session_socket import Died, Limits, MachineError, Missing
+from grader.lab.bridge.scene import drawn
 from grader.lab.display import store
 from grader.lab.display.card import Shown, escape
-from grader.lab.display.picture import Picture, png, tag
+from grader.lab.display.picture import Picture, encoded, png, tag
 from grader.lab.display.words import say
 
 FILE = "pictures.json"
@@ -31,17 +30,14 @@ def keep(exercise: Exercise, libraries: Libraries) -> None:
         return
     # A disk that is full, or code that is wrong elsewhere, is told where something is lost by it.
     with contextlib.suppress(OSError, NotBuilt, Died, Missing, MachineError):
-        content = base64.b64encode(png(_drawn(libraries, exercise.file))).decode("ascii")
+        content = encoded(png(_drawn(libraries, exercise.file)))
         store.write(FILE, {**store.read(FILE), exercise.id: content})
 
 
 def _drawn(libraries: Libraries, file: str) -> Picture:
-    width, height = UNIT
     with libraries.lend(file).unit(UNIT).session(Limits(cpu=SECONDS)) as session:
         session.call("setup_scene", SCENE)
-        session.set("output_image", np.zeros((width * height, 3), np.float32))
-        session.call("raytrace")
-        return session.get("output_image").reshape(height, width, 3).view(Picture)
+        return drawn(session, UNIT)
 
 
 def strip() -> Shown | None:

@@ -18,8 +18,8 @@ from grader.evaluation.grading import grade
 from grader.evaluation.records import CheckResult, ExerciseResult, Outcome, Pixel, PytestError
 from grader.execution.libraries import Libraries
 from grader.execution.worker_process import MachineError
+from grader.files import marks
 from grader.intake.submission import read_submission
-from grader.lab.bridge.engine import marks
 from grader.lab.bridge.saves import SAVES
 from grader.lab.cells import album, record
 from grader.lab.display import error_cards
@@ -40,7 +40,6 @@ SYMBOLS = {
     Outcome.ERROR: "?",
 }
 _CALM = (Outcome.TODO, Outcome.BLOCKED)
-WRONG = (Outcome.FAILED, Outcome.CRASHED, Outcome.TIMEOUT, Outcome.ERROR)
 _NOTHING_TO_DO = (Outcome.PASSED, Outcome.BLOCKED)
 HINTS = (2, 3)
 _JUDGING = threading.Lock()  # pytest runs once at a time in a process
@@ -132,9 +131,8 @@ def check(*exercises: str) -> Checked:
 
 def _after(judged: Sequence[Judged]) -> list[Shown]:
     """Return what comes next, unless something is wrong or to do, which the cards say."""
-    if not all(each.result.outcome in _NOTHING_TO_DO for each in judged):
-        return []
-    if not judged[-1].is_whole:
+    calm = all(each.result.outcome in _NOTHING_TO_DO for each in judged)
+    if not calm or not judged[-1].is_whole:
         return []
     waits_for = [name for each in judged for check in each.checks for name in check.waits_for]
     return next_step(record.after(record.known(), judged[-1].result.id, waits_for))
@@ -204,13 +202,18 @@ def _points(result: ExerciseResult) -> str:
     return f"{number(result.points / 100)} / {number(result.max_points / 100)}"
 
 
+def wrong_checks(checks: Sequence[CheckResult]) -> list[CheckResult]:
+    """Return the checks that are neither right, nor to do, nor waiting."""
+    return [each for each in checks if each.outcome not in (Outcome.PASSED, *_CALM)]
+
+
 def _checks(checks: Sequence[CheckResult]) -> list[Shown]:
     """Tell the first check that fails in full, the others by a line; and one pixel of a picture.
 
     Of those that wait, the first one shows what is seen meanwhile.
     """
     parts: list[Shown] = []
-    wrong = [each for each in checks if each.outcome not in (Outcome.PASSED, *_CALM)]
+    wrong = wrong_checks(checks)
     waiting = [each for each in checks if each.outcome is Outcome.BLOCKED and each.note]
     in_full = [*wrong[:1], *waiting[:1]]
     for each in checks:

@@ -8,7 +8,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from grader.course import exercises
-from grader.evaluation.records import CheckResult, Outcome
+from grader.evaluation.records import CheckResult
+from grader.evaluation.rules import DONE_WRONG
 from grader.lab.bridge.engine import Engine, last_engine
 from grader.lab.bridge.saves import SAVES
 from grader.lab.cells import album, record
@@ -20,7 +21,6 @@ from grader.lab.display.stopped import Stopped
 from grader.lab.display.words import say, texts
 
 MAX_CHANGES = 30  # lines
-_BAD = (Outcome.FAILED, Outcome.CRASHED, Outcome.TIMEOUT)
 
 
 def progress() -> Shown:
@@ -84,7 +84,7 @@ def _failing() -> CheckResult | None:
     """Return the last check of this session that failed."""
     for judged in reversed(JUDGE.done.values()):
         for each in judged.checks:
-            if each.outcome in _BAD:
+            if each.outcome in DONE_WRONG:
                 return each
     return None
 

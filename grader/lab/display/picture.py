@@ -87,10 +87,14 @@ def described(picture: Array, title: str = "") -> str:
     return f"{text} {say('nan_pixels', count=wrong)}" if wrong else text
 
 
+def encoded(content: bytes) -> str:
+    """Return the content of a file as text, in base64."""
+    return base64.b64encode(content).decode("ascii")
+
+
 def tag(content: bytes, alt: str) -> Shown:
     """Return a PNG file as an image that a cell shows, with its text for who cannot see it."""
-    data = base64.b64encode(content).decode("ascii")
-    source = f"data:image/png;base64,{data}"
+    source = f"data:image/png;base64,{encoded(content)}"
     return Shown(
         f'<img src="{source}" alt="{escape(alt)}" style="max-width:100%;height:auto">', alt
     )

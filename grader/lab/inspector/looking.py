@@ -18,8 +18,9 @@ from grader.evaluation.replay.faults import first
 from grader.evaluation.replay.probe import Probe
 from grader.evaluation.replay.ray_tree import SKY
 from grader.execution.session import Library, Session
+from grader.files import marks
 from grader.lab.bridge.core import Core
-from grader.lab.bridge.engine import OpenSession, marks
+from grader.lab.bridge.engine import OpenSession
 from grader.lab.bridge.scene import Scene
 from grader.lab.display.card import Shown
 from grader.lab.display.picture import Picture, black

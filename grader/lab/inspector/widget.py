@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -10,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from grader.lab.display.card import stack
-from grader.lab.display.picture import png
+from grader.lab.display.picture import encoded, png
+from grader.lab.display.scripts import script
 from grader.lab.display.vectors import Array
 from grader.lab.display.words import say
 from grader.lab.inspector import rows, space
@@ -27,7 +27,7 @@ def _kind() -> Any:
     import traitlets
 
     class Widget(anywidget.AnyWidget):
-        _esm = SCRIPT.read_text(encoding="utf-8")
+        _esm = script(SCRIPT)
         scene = traitlets.Dict().tag(sync=True)  # what a pixel does not change
         seen = traitlets.Dict().tag(sync=True)  # what is seen at the pixel
         pixel = traitlets.List([0, 0]).tag(sync=True)  # column and row, which the browser sets
@@ -74,10 +74,10 @@ def _scene(inspected: InspectedScene) -> dict[str, Any]:
         else []
     )
     return {
-        "picture": _text(png(inspected.picture)),
+        "picture": encoded(png(inspected.picture)),
         "width": width,
         "height": height,
-        "things": _text(_indices(objects)) if objects is not None else "",
+        "things": encoded(_indices(objects)) if objects is not None else "",
         "names": names,
         "view": space.start_view(inspected),
         "colors": space.COLORS,
@@ -116,7 +116,3 @@ def _indices(objects: Array) -> bytes:
 
 def _numbers(values: Array) -> Any:
     return np.round(np.asarray(values, np.float64), 4).tolist()
-
-
-def _text(content: bytes) -> str:
-    return base64.b64encode(content).decode("ascii")

@@ -19,15 +19,14 @@ import numpy as np
 from grader.checking.shapes import Size
 from grader.course import exercises
 from grader.course.exercises import Exercise
-from grader.course.message import UserError
 from grader.evaluation.records import Outcome
+from grader.files import Marks, marks
 from grader.intake import definitions
-from grader.intake.submission import read_submission
 from grader.lab.bridge.core import Core
-from grader.lab.bridge.engine import Engine, Marks, marks
+from grader.lab.bridge.engine import Engine
 from grader.lab.cells import check
 from grader.lab.display.card import Shown, card, escape, stack
-from grader.lab.display.picture import Picture, described
+from grader.lab.display.picture import Picture
 from grader.lab.display.stopped import Stopped
 from grader.lab.display.words import say
 
@@ -68,22 +67,17 @@ class Follower:
     def __post_init__(self) -> None:
         self._said: list[Shown] = []  # by the code while it runs, and of the files
         engine = Engine(self.folder, apart=True, display=self._said.append)
-        self._core, self._judge = Core(engine=engine), check.Judge()
-        self._core.size = self.size
-        self._core.options(**self.chosen)
+        self.core, self._judge = Core(engine=engine), check.Judge()
+        self.core.size = self.size
+        self.core.options(**self.chosen)
         self._show: Callable[[View], None] = lambda view: None
         self._marks: Marks | None = None
         self._texts: Mapping[str, str] = {}
 
     def close(self) -> None:
         """End the processes; the next look after a save starts new ones."""
-        self._core.close()
+        self.core.close()
         self._judge.close()
-
-    @property
-    def core(self) -> Core:
-        """The tool that draws; for what asks which folder it is."""
-        return self._core
 
     def look(self, show: Callable[[View], None]) -> bool:
         """Draw and judge what was saved since the last look; return whether anything was.
@@ -94,13 +88,13 @@ class Follower:
         found = marks(self.folder)
         if found == self._marks:
             return False
-        while self._marks is not None and found != (found := self._settled()):
-            pass
+        while self._marks is not None and found != (later := self._settled()):
+            found = later
         self._marks = found
         self._said.clear()
         self._tell(state=say("live.building"), verdicts=NOTHING)
         self._draw()
-        if not self._core.engine.errors:  # nothing more can be said of what does not compile
+        if not self.core.engine.errors:  # nothing more can be said of what does not compile
             self._judge_changes()
         return True
 
@@ -113,17 +107,17 @@ class Follower:
         self._show(self.view)
 
     def _draw(self) -> None:
-        self._core.seconds = SECONDS_COARSE
+        self.core.seconds = SECONDS_COARSE
         try:
-            self._core.scene(self.scene)
+            self.core.scene(self.scene)
             self._tell(picture=self._coarse(), coarse=True, state=say("live.coarse", step=STEP))
         except Stopped as error:
-            if self._core.engine.is_endless:  # so would the picture be
+            if self.core.engine.is_endless:  # so would the picture be
                 self._end(error)
                 return
-        self._core.seconds = SECONDS
+        self.core.seconds = SECONDS
         try:
-            picture = self._core.render(self.scene)
+            picture = self.core.render(self.scene)
         except Stopped as error:
             self._end(error)
         else:
@@ -137,15 +131,12 @@ class Follower:
     def _coarse(self) -> Picture:
         """Return the colours that trace_ray gives at the middle of every STEP-th pixel."""
         across, up = (np.arange(STEP // 2, each, STEP) + 0.5 for each in self.size)
-        rays = self._core.camera_ray(*np.meshgrid(across, up))
-        return np.asarray(self._core.trace_ray(rays), np.float32).view(Picture)
+        rays = self.core.camera_ray(*np.meshgrid(across, up))
+        return np.asarray(self.core.trace_ray(rays), np.float32).view(Picture)
 
     def _judge_changes(self) -> None:
         """Check the exercises whose functions are no more what they were when last looked at."""
-        try:
-            files = read_submission(self.folder).files
-        except UserError:
-            return  # drawing has said so
+        files = self.core.engine.files
         texts = {name: content.decode(errors="replace") for name, content in files.items()}
         before, verdicts = self._texts or texts, list[Shown]()
         for each in exercises.load().exercises:
@@ -159,11 +150,6 @@ class Follower:
         self._texts = texts
 
 
-def alternative(view: View) -> str:
-    """Return the picture in words, for who cannot see it."""
-    return described(view.picture) if view.picture is not None else ""
-
-
 def _text(exercise: Exercise, texts: Mapping[str, str]) -> list[str]:
     found = [definitions.find(each, texts) for each in exercise.functions]
     return [each.text if each else "" for each in found]
@@ -171,7 +157,7 @@ def _text(exercise: Exercise, texts: Mapping[str, str]) -> list[str]:
 
 def _verdict(judged: check.Judged) -> Shown:
     """Return one line on an exercise, and what is wrong first."""
-    wrong = [each for each in judged.checks if each.message and each.outcome in check.WRONG]
+    wrong = [each for each in check.wrong_checks(judged.checks) if each.message]
     told = [Shown(f"<div>{escape(each.message)}</div>", each.message) for each in wrong[:1]]
     good = judged.result.outcome is Outcome.PASSED
     inside = stack([check.head(judged.result), *told])

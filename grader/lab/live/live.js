@@ -9,12 +9,6 @@ const STYLE = `
 .mrt-live-told{flex:1 1 16em;min-width:0;overflow-wrap:anywhere}
 `;
 
-function element(tag, properties, ...children) {
-  const made = Object.assign(document.createElement(tag), properties);
-  made.append(...children);
-  return made;
-}
-
 function render({ model, el }) {
   const [width, height] = model.get("size");
   const picture = element("img", { tabIndex: 0, width, height });

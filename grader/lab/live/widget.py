@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import base64
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 from grader.lab.bridge.core import EXPECTED_SIZE
 from grader.lab.display.card import stack
-from grader.lab.display.picture import png
+from grader.lab.display.picture import Picture, described, encoded, png
+from grader.lab.display.scripts import script
 from grader.lab.display.stopped import Stopped
 from grader.lab.display.words import say
 from grader.lab.inspector import inspect
 from grader.lab.inspector import widget as inspector
-from grader.lab.live.follower import Follower, View, alternative
+from grader.lab.live.follower import Follower, View
 
 SCRIPT = Path(__file__).with_name("live.js")
 
@@ -26,7 +26,7 @@ def _kind() -> Any:
     import traitlets
 
     class Widget(anywidget.AnyWidget):
-        _esm = SCRIPT.read_text(encoding="utf-8")
+        _esm = script(SCRIPT)
         size = traitlets.List([1, 1]).tag(sync=True)  # of the whole picture, pixels
         help = traitlets.Unicode("").tag(sync=True)  # how to look at a pixel
         picture = traitlets.Unicode("").tag(sync=True)  # base64 of a PNG file; "": none yet
@@ -46,6 +46,7 @@ class LiveWidget:
 
         self._follower = follower
         self._live = _kind()(size=list(follower.size), help=say("live.help"))
+        self._picture: Picture | None = None  # that is shown
         self._below = ipywidgets.VBox([])
         self._all = ipywidgets.VBox([self._live, self._below])
         self._live.observe(self._inspect, names="asked")
@@ -58,9 +59,10 @@ class LiveWidget:
     def show(self, view: View) -> None:
         """Show a view; from any thread."""
         with self._live.hold_sync():  # one message
-            if view.picture is not None:
-                self._live.picture = base64.b64encode(png(view.picture)).decode("ascii")
-                self._live.words = alternative(view)
+            if view.picture is not None and view.picture is not self._picture:
+                self._picture = view.picture
+                self._live.picture = encoded(png(view.picture))
+                self._live.words = described(view.picture)
             self._live.state = view.state
             self._live.html = stack([view.told, view.verdicts]).html
 

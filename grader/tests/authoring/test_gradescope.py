@@ -18,10 +18,11 @@ import jsonschema  # type: ignore[import-untyped]
 import pytest
 
 from grader.authoring import autograder, gradescope
-from grader.authoring.autograder import AutograderError, packed
+from grader.authoring.autograder import AutograderError
 from grader.authoring.specimens.student import STUDENT_MAIN, main_c
 from grader.course import exercises
 from grader.course.exercises import CORE, ROOT
+from grader.files import zipped
 from grader.report.gradescope import MAX_PICTURES, as_gradescope
 from grader.tests.report.test_terminal import check, content, exercise
 from grader.tests.support.shell import run, script
@@ -98,7 +99,7 @@ def test_the_archive_holds_what_git_tracks() -> None:
     files = gradescope.files(ROOT)
     assert {f"{autograder.TOP}/{name}" for name in ("reference/raytracer.c", "Makefile")} < {*files}
     assert not any("/tests/" in name for name in files)
-    assert packed(files) == packed(dict(reversed(files.items())))
+    assert zipped(files) == zipped(dict(reversed(files.items())))
 
 
 def test_where_there_is_no_repository_a_line_says_so(tmp_path: Path) -> None:
@@ -126,7 +127,7 @@ def container() -> Iterator[Path]:
     """Unpack the archive as Gradescope does, and run setup.sh: apt-get is played."""
     top = Path(tempfile.mkdtemp(prefix="mrt-gradescope-"))
     root = top / "auto grader"
-    (top / "a.zip").write_bytes(packed(gradescope.files(ROOT), gradescope.SCRIPTS))
+    (top / "a.zip").write_bytes(zipped(gradescope.files(ROOT), executable=gradescope.SCRIPTS))
     with zipfile.ZipFile(top / "a.zip") as archive:
         archive.extractall(root / "source")
         for entry in archive.infolist():
