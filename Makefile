@@ -101,8 +101,9 @@ notebooks: ## refait les carnets depuis leurs textes : PICTURES=1 redessine leur
 figures: ## les figures du sujet, dans build/figures/ | the handout's figures, in build/figures/
 	@$(call PYTHON_OF,lab) && "$$python" -m grader.authoring.drawings.figures --build "$$BUILD"
 
-expected: ## refait les données attendues : SEED=7 OUT=dossier | makes the expected data again: SEED=7 OUT=folder
-	@$(call PYTHON_OF,grade) && "$$python" -m grader.authoring.expected.command $${SEED:+--seed "$$SEED"} $${OUT:+--out "$$OUT"}
+expected: ## refait les données attendues : SEED=7 OUT=dossier ; une seule : SUITE=, PICTURE=, MISTAKE= | makes the expected data again: SEED=7 OUT=folder; one thing of it: SUITE=, PICTURE=, MISTAKE=
+	@$(call PYTHON_OF,grade) && "$$python" -m grader.authoring.expected.command $${SEED:+--seed "$$SEED"} $${OUT:+--out "$$OUT"} \
+	    $${SUITE:+--suite "$$SUITE"} $${PICTURE:+--picture "$$PICTURE"} $${MISTAKE:+--mistake "$$MISTAKE"}
 
 calibrate: ## règle les limites des images sur des programmes justes | sets the limits of pictures by right programs
 	@$(call PYTHON_OF,grade) && "$$python" -m grader.authoring.expected.pictures

@@ -1,34 +1,33 @@
 """Makes the expected data: inputs, and the reference's answers to them.
 
     python -m grader.authoring.expected.command [--seed N] [--out DIR] [--check]
+    python -m grader.authoring.expected.command --suite NAME | --picture NAME | --mistake NAME
 
 The answers are made with the grader's own runner. Another seed and folder give an instructor data
 that students have not seen, and the scenes from other cameras and in other colours:
 `grade --expected DIR`. `--check` makes the data again and compares:
 inputs must be the same, answers within half of their tolerance, for another compiler or libm may
 round otherwise. The bank of known mistakes (mistake_bank.py) and the pictures (pictures/) are made
-with the data.
+with the data. A suite, a picture or a mistake is made alone by its name (one.py).
 """
 
 from __future__ import annotations
 
 import argparse
 import contextlib
-import hashlib
-import json
 import shutil
 import sys
 import tempfile
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from grader.authoring.expected import mistake_bank
+from grader.authoring.expected import mistake_bank, one
+from grader.authoring.expected.manifest import put, write_manifest
 from grader.authoring.expected.pictures import drift, other_views
-from grader.authoring.expected.vectors import glass, mirrors, octree, patterns, tp2, tp3, tp4, tp5
-from grader.authoring.expected.vectors.maker import Recipe, Suite
+from grader.authoring.expected.suites import batches_of, file_of, suites
 from grader.build import toolchain
 from grader.checking.comparison import far
 from grader.checking.expected_data import (
@@ -37,57 +36,76 @@ from grader.checking.expected_data import (
     Array,
     Batch,
     ExpectedError,
-    encode,
     read,
     read_manifest,
 )
+from grader.course.message import GraderError
 from grader.evaluation.recognition import BANK
-from grader.execution.session import Library, Limits, open_core
+from grader.execution.session import Library, open_core
 from grader.intake.originals import REFERENCE
 
 SEED = 2015
-PARTS = (tp2, tp3, patterns, tp4, mirrors, octree, tp5, glass)
 ROUNDING = 1e-5
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; return the exit code: 1 when the data has drifted."""
-    parser = argparse.ArgumentParser(prog="python -m grader.authoring.expected.command")
-    parser.add_argument("--seed", type=int, help=f"of the random inputs (default: {SEED})")
-    parser.add_argument("--out", type=Path, default=FOLDER, help="folder (default: %(default)s)")
-    parser.add_argument("--check", action="store_true", help="compare with what is there")
-    parser.add_argument(
-        "--without-bank", action="store_true", help="leave out the known mistakes' answers"
-    )
-    parser.add_argument(
-        "--without-pictures", action="store_true", help="leave the pictures as they are"
-    )
-    parser.add_argument(
-        "--without-views", action="store_true", help="leave the scenes' other views as they are"
-    )
-    options = parser.parse_args(arguments)
+    options = _parser().parse_args(arguments)
     with _reference() as core:
         try:
             if options.check:
                 drifted = _check(core, options.out, options.seed) or mistake_bank.check(options.out)
                 return drifted or drift.check(options.out)
-            # First what takes longest: a failure leaves the functions' data and its bank alone.
-            options.out.mkdir(parents=True, exist_ok=True)
-            if not options.without_pictures:
-                drift.store(options.out)
-            seed = SEED if options.seed is None else options.seed
-            if options.out.resolve() != FOLDER and not options.without_views:
-                other_views.store(options.out, seed)
-            _make(core, options.out, seed)
-            if not options.without_bank:
-                mistake_bank.store(options.out)
-        except ExpectedError as error:
+            if not _made_one(core, options):
+                _make_all(core, options)
+        except GraderError as error:
             print(error, file=sys.stderr)
-            return 1
+            return 1 if isinstance(error, ExpectedError) else error.code
         except OSError as error:
             print(f"{error.filename}: {error.strerror}; choose another --out", file=sys.stderr)
             return 2
     return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="python -m grader.authoring.expected.command")
+    parser.add_argument("--out", type=Path, default=FOLDER, help="folder (default: %(default)s)")
+    what = parser.add_mutually_exclusive_group()
+    what.add_argument("--seed", type=int, help=f"of the random inputs (default: {SEED})")
+    for name in ("suite", "picture", "mistake"):
+        what.add_argument(f"--{name}", metavar="NAME", help=f"make one {name} again, alone")
+    parser.add_argument("--check", action="store_true", help="compare with what is there")
+    for name, left in (
+        ("bank", "out the known mistakes' answers"),
+        ("pictures", "the pictures as they are"),
+        ("views", "the scenes' other views as they are"),
+    ):
+        parser.add_argument(f"--without-{name}", action="store_true", help=f"leave {left}")
+    return parser
+
+
+def _made_one(core: Library, options: argparse.Namespace) -> bool:
+    """Make the one thing that is asked for; say whether there is one."""
+    if options.suite:
+        one.store_suite(core, options.out, options.suite)
+    elif options.picture:
+        one.store_picture(options.out, options.picture)
+    elif options.mistake:
+        one.store_mistake(options.out, options.mistake)
+    return bool(options.suite or options.picture or options.mistake)
+
+
+def _make_all(core: Library, options: argparse.Namespace) -> None:
+    # First what takes longest: a failure leaves the functions' data and its bank alone.
+    options.out.mkdir(parents=True, exist_ok=True)
+    if not options.without_pictures:
+        drift.store(options.out)
+    seed = SEED if options.seed is None else options.seed
+    if options.out.resolve() != FOLDER and not options.without_views:
+        other_views.store(options.out, seed)
+    _make(core, options.out, seed)
+    if not options.without_bank:
+        mistake_bank.store(options.out)
 
 
 @contextlib.contextmanager
@@ -96,45 +114,21 @@ def _reference() -> Iterator[Library]:
         yield core
 
 
-def recipes() -> list[Recipe]:
-    """Return how every suite is made, in the order of the TPs."""
-    return [each for part in PARTS for each in part.recipes()]
-
-
-def suites(core: Library, seed: int) -> list[Suite]:
-    """Return every suite of a seed, with the answers of the reference in it."""
-    made = []
-    for recipe in recipes():
-        # A session of its own: no suite depends on what another one has left behind.
-        with core.session(Limits(cpu=60)) as session:
-            made.append(recipe.suite(core, session, seed))
-    return made
-
-
 def _make(core: Library, folder: Path, seed: int) -> None:
     """Write a folder of expected data: whole, or not at all."""
     made = suites(core, seed)
     with tempfile.TemporaryDirectory(dir=folder.parent) as part:
-        files = {}
+        files: dict[str, Any] = {}
         for suite in made:
-            batches = _batches(suite)
-            content = encode(batches)
-            (Path(part) / f"{suite.name}.npz").write_bytes(content)
-            files[f"{suite.name}.npz"] = {
-                "sha256": hashlib.sha256(content).hexdigest(),
-                "calls": sum(each.count for each in batches),
-                "tolerance": suite.tolerance,
-                "reason": suite.reason,
-            }
+            files |= put(Path(part), *file_of(suite))
         manifest = {
             "command": f"python -m grader.authoring.expected.command --seed {seed}",
             "seed": seed,
             "size": list(SIZE),
             "compiler": toolchain.find_compiler().version.splitlines()[0],
-            "files": dict(sorted(files.items())),
+            "files": files,
         }
-        text = json.dumps(manifest, indent=1, ensure_ascii=False) + "\n"
-        (Path(part) / "manifest.json").write_text(text, encoding="utf-8")
+        write_manifest(Path(part), manifest)
         _replace(folder, Path(part))
 
 
@@ -144,10 +138,6 @@ def _replace(folder: Path, part: Path) -> None:
         old.unlink()
     for each in sorted(part.iterdir()):
         shutil.copyfile(each, folder / each.name)
-
-
-def _batches(suite: Suite) -> list[Batch]:
-    return [replace(each.batch, tolerance=suite.tolerance) for each in suite.questions]
 
 
 def _check(core: Library, folder: Path, seed: int | None) -> int:
@@ -164,7 +154,7 @@ def _check(core: Library, folder: Path, seed: int | None) -> int:
     for suite in made:
         if f"{suite.name}.npz" in stored["files"]:
             old = read(folder, suite.name, core)
-            if not _same(old, _batches(suite)):
+            if not _same(old, batches_of(suite)):
                 drifted.append(f"{suite.name}.npz")
     for name in drifted:
         print(f"{folder}: {name} has drifted from the reference; run make expected")

@@ -3,18 +3,19 @@
     python -m grader.authoring.expected.mistake_bank [--out DIR] [--only TP2.2] [--check]
 
 Each mistake of reference/mistakes/ is built and graded as a submission is, on the checks of its own
-exercise. `--check` only compares: the bank is that of today's mistakes and suites.
+exercise. The manifest has, by mistake, what stands for that: its patch, the checks and the suites
+of its exercise. `--check` only compares: the bank is that of today's.
 """
 
 from __future__ import annotations
 
 import argparse
-import hashlib
-import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
+from grader.authoring.expected.manifest import put, write_manifest
 from grader.authoring.specimens import mistakes
 from grader.authoring.specimens.grading import exercise_findings
 from grader.authoring.specimens.mistakes import Mistake
@@ -23,7 +24,9 @@ from grader.course import exercises
 from grader.course.exercises import ROOT
 from grader.evaluation import recognition
 from grader.evaluation.recognition import BANK, KnownMistake
-from grader.files import write_whole
+from grader.files import content_key
+
+CACHE = ROOT / "build" / "cache"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -37,40 +40,49 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     if options.check:
         return check(options.out)
-    store(options.out, only=options.only or "")
+    store(options.out, again=lambda each: options.only in (None, each.exercise))
     return 0
 
 
-def store(folder: Path, cache: Path = ROOT / "build" / "cache", only: str = "") -> None:
+def store(
+    folder: Path, cache: Path = CACHE, again: Callable[[Mistake], bool] = lambda mistake: True
+) -> None:
     """Put the bank into a folder of expected data. Raises ExpectedError, OSError.
 
-    With `only`, an exercise, what the bank holds of the others stays as it is.
+    The mistakes that `again` picks are put to the checks, and those of which the bank is not
+    today's; the others keep what it holds.
     """
-    before = recognition.read(folder) if only else {}
+    stored = read_manifest(folder)
+    kept = _made_of(stored)
+    before = recognition.read(folder) if kept else {}
+    now = {each.id: fingerprint(each, stored["files"]) for each in mistakes.load()}
     known = {
         each.id: before[each.id]
-        if each.id in before and each.exercise != only
+        if kept.get(each.id) == now[each.id] and not again(each)
         else answers(each, folder, cache)
         for each in mistakes.load()
     }
-    content = recognition.encode(known)
-    write_whole(folder / BANK, content)
-    stored = read_manifest(folder)
-    stored["bank"] = {
-        "sha256": hashlib.sha256(content).hexdigest(),
-        "mistakes": len(known),
-        "made_of": fingerprint(folder),
-    }
-    text = json.dumps(stored, indent=1, ensure_ascii=False) + "\n"
-    write_whole(folder / "manifest.json", text)
+    (rules,) = put(folder, {BANK: recognition.encode(known)}, {"made_of": now}).values()
+    write_manifest(folder, {**stored, "bank": rules})
 
 
 def check(folder: Path) -> int:
     """Say whether the bank was made from today's mistakes and suites: 0, or 1 when it was not."""
-    if read_manifest(folder).get("bank", {}).get("made_of") == fingerprint(folder):
+    stored = read_manifest(folder)
+    now = {each.id: fingerprint(each, stored["files"]) for each in mistakes.load()}
+    kept = _made_of(stored)
+    other = sorted(name for name in now.keys() | kept if now.get(name) != kept.get(name))
+    if not other:
         return 0
-    print(f"{folder}: {BANK} was made from other mistakes or suites; run make expected")
+    print(
+        f"{folder}: {BANK} was made from other mistakes or suites: {', '.join(other)};"
+        " run make expected"
+    )
     return 1
+
+
+def _made_of(manifest: Mapping[str, Any]) -> dict[str, str]:
+    return dict(manifest.get("bank", {}).get("made_of", {}))
 
 
 def answers(mistake: Mistake, folder: Path, cache: Path) -> KnownMistake:
@@ -79,13 +91,17 @@ def answers(mistake: Mistake, folder: Path, cache: Path) -> KnownMistake:
     return KnownMistake(mistake.exercise, recognition.signature(findings))
 
 
-def fingerprint(folder: Path) -> str:
-    """Return what stands for the mistakes, and for the suites that they are put to."""
-    suites = read_manifest(folder)["files"]
-    changed = [(each.id, each.exercise, sorted(each.files().items())) for each in mistakes.load()]
-    checks = [name for name, each in exercises.load().checks().items() if not each.is_picture]
-    parts = (sorted((name, rules["sha256"]) for name, rules in suites.items()), changed, checks)
-    return hashlib.sha256(repr(parts).encode()).hexdigest()
+def fingerprint(mistake: Mistake, suites: Mapping[str, Any]) -> str:
+    """Return what stands for a mistake, and for the checks and suites that it is put to.
+
+    A suite is called by a function of its exercise, or by what the checks are about.
+    """
+    exercise = exercises.load().exercise(mistake.exercise)
+    checks = [each for each in exercise.checks if not each.is_picture]
+    about = {*exercise.functions, *(each.subject for each in checks)}
+    sums = sorted((k, rules["sha256"]) for k, rules in suites.items() if k.split(".")[0] in about)
+    parts = (sums, [each.id for each in checks], sorted(mistake.files().items()))
+    return content_key(mistake.exercise, *parts)
 
 
 if __name__ == "__main__":

@@ -15,8 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from grader.authoring.expected.command import suites
 from grader.authoring.expected.pictures.texels import texels
+from grader.authoring.expected.suites import suites
 from grader.authoring.expected.vectors.maker import Maker, norm1
 from grader.authoring.proof.mutants_changes import Mutant
 from grader.authoring.proof.mutants_family import QUICK, Kit

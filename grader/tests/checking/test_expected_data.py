@@ -12,12 +12,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from grader.authoring.expected import command
+from grader.authoring.expected import command, mistake_bank
+from grader.authoring.specimens import mistakes
 from grader.checking import describe
 from grader.checking.comparison import Answers, Wrong, far, unit
 from grader.checking.expected_data import FOLDER, SIZE, Answer, Batch, ExpectedError, encode, read
-from grader.evaluation.recognition import BANK
-from grader.execution.session import Array, Library, Limits, open_core
+from grader.evaluation import recognition
+from grader.evaluation.recognition import BANK, KnownMistake
+from grader.execution.session import Array, Library, open_core
+from grader.tests.support.sampling import sampled
 
 ROOT = Path(__file__).resolve().parents[3]
 SUITE = "intersect_sphere.front"
@@ -67,16 +70,76 @@ def test_another_seed_gives_other_data_and_the_same_suites(tmp_path: Path) -> No
     assert (folders[0] / f"{SUITE}.npz").read_bytes() != (FOLDER / f"{SUITE}.npz").read_bytes()
 
 
-def test_a_suite_changes_no_other_file(core: Library) -> None:
-    """Made alone, it has the inputs that it has among the others: a new one leaves them be."""
-    every = {each.name: each for each in command.recipes()}
-    for name in ("populate_spheres.any", "octree.hits", SUITE):
-        with core.session(Limits(cpu=60)) as session:
-            suite = every[name].suite(core, session, command.SEED)
-        stored = read(FOLDER, name, core)
-        for question, batch in zip(suite.questions, stored, strict=True):
-            for key, value in batch.args.items():
-                np.testing.assert_array_equal(question.batch.args[key], value)
+def contents(folder: Path) -> dict[str, bytes]:
+    """Return every file of a folder of expected data."""
+    paths = (path for path in folder.rglob("*") if path.is_file())
+    return {str(path.relative_to(folder)): path.read_bytes() for path in paths}
+
+
+@pytest.mark.parametrize("name", ["camera_ray.anywhere", "populate_spheres.any", "octree.hits"])
+def test_a_suite_is_made_alone(copy: Path, name: str) -> None:
+    """Byte for byte what is stored, also where it was gone; no other file changes."""
+    before = contents(copy)
+    manifest = json.loads(before["manifest.json"])
+    (copy / f"{name}.npz").unlink()
+    del manifest["files"][f"{name}.npz"]
+    (copy / "manifest.json").write_text(json.dumps(manifest), encoding="utf-8")
+    assert command.main(["--out", str(copy), "--suite", name]) == 0
+    assert contents(copy) == before
+
+
+def test_a_suite_that_changes_takes_its_mistakes_along(
+    copy: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The bank's mistakes of its exercise are put to it again; those of the others are not."""
+    asked: list[str] = []
+
+    def answers(mistake: mistakes.Mistake, *_: object) -> KnownMistake:
+        asked.append(mistake.id)
+        return bank[mistake.id]
+
+    bank = recognition.read(copy)
+    monkeypatch.setattr(mistake_bank, "answers", answers)
+    manifest = json.loads((copy / "manifest.json").read_text(encoding="utf-8"))
+    manifest["seed"] = 3
+    (copy / "manifest.json").write_text(json.dumps(manifest), encoding="utf-8")
+    assert command.main(["--out", str(copy), "--suite", "camera_ray.middle"]) == 0
+    assert asked == [each.id for each in mistakes.load() if each.exercise == "TP2.1"]
+    assert mistake_bank.main(["--check", "--out", str(copy)]) == 0
+    changed = {
+        name for name, content in contents(copy).items() if content != contents(FOLDER)[name]
+    }
+    assert changed == {"camera_ray.middle.npz", "manifest.json"}
+
+
+@pytest.mark.parametrize("name", sampled(["scene7", "scene1", "scene3.fresnel"], ["scene7"]))
+def test_a_picture_is_made_alone(copy: Path, name: str) -> None:
+    """Byte for byte what is stored, also where it was spoilt; no other file changes."""
+    before = contents(copy)
+    for path in (copy / "pictures").glob(f"{name}.*"):
+        if path.stem.removeprefix(f"{name}.") in ("maps", "light") or path.stem == name:
+            path.write_bytes(b"")
+    assert command.main(["--out", str(copy), "--picture", name]) == 0
+    assert contents(copy) == before
+
+
+@pytest.mark.parametrize(
+    ("option", "name", "near"),
+    [
+        ("suite", "camera_ray.anywere", "camera_ray.anywhere"),
+        ("picture", "scene4.shadow", "scene4.shadows"),
+        ("picture", "4", "scene4"),
+        ("mistake", "sphere_far_rot", "sphere_far_root"),
+    ],
+)
+def test_an_unknown_name_is_told(
+    copy: Path, capsys: pytest.CaptureFixture[str], option: str, name: str, near: str
+) -> None:
+    """In one line with the nearest one; nothing changes."""
+    assert command.main(["--out", str(copy), f"--{option}", name]) == 2
+    said = capsys.readouterr().err
+    assert said == f"{option.upper()}={name}: there is none; the nearest is {near}\n"
+    assert contents(copy) == contents(FOLDER)
 
 
 def test_the_manifest_tells_where_the_data_comes_from() -> None:

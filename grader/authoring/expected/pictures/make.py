@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import hashlib
 import io
-import json
 import os
 import shutil
 import tempfile
@@ -19,6 +17,7 @@ import numpy as np
 from PIL import Image as Pillow
 from skimage.segmentation import find_boundaries
 
+from grader.authoring.expected.manifest import put, write_manifest
 from grader.authoring.expected.pictures import lineup
 from grader.authoring.expected.pictures.calibration import limits
 from grader.authoring.expected.pictures.readings import LOBE, REFERENCE, SEEDS, program, readings
@@ -39,7 +38,6 @@ from grader.checking.pictures.plan import (
 )
 from grader.checking.shapes import Image, Mask
 from grader.checking.student import PICTURE_SIZE
-from grader.files import write_whole
 
 BAND = 16 / 255  # where samples change a pixel by more, edges are measured
 GLOSS = 0.1  # of the specular light, from which on a pixel is in a highlight
@@ -69,18 +67,15 @@ def _write(folder: Path, made: Sequence[tuple[dict[str, bytes], Mapping[str, Any
     """Write files, and their manifest with what it says of each."""
     files: dict[str, Any] = {}
     for contents, rules in made:
-        for name, content in contents.items():
-            (folder / name).write_bytes(content)
-            files[name] = {"sha256": hashlib.sha256(content).hexdigest(), **rules}
+        files |= put(folder, contents, rules)
     manifest = {
         "command": "python -m grader.authoring.expected.pictures",
         "size": list(PICTURE_SIZE),
         "compiler": toolchain.find_compiler().version.splitlines()[0],
         "mistakes": lineup.fingerprint(),
-        "files": dict(sorted(files.items())),
+        "files": files,
     }
-    text = json.dumps(manifest, indent=1, ensure_ascii=False) + "\n"
-    (folder / "manifest.json").write_text(text, encoding="utf-8")
+    write_manifest(folder, manifest)
 
 
 def write_limits(folder: Path) -> None:
@@ -88,8 +83,7 @@ def write_limits(folder: Path) -> None:
     content = read_manifest(folder)
     for picture in everything():
         content["files"][f"{picture.name}.npz"]["limits"] = limits(picture)
-    text = json.dumps(content, indent=1, ensure_ascii=False) + "\n"
-    write_whole(folder / "manifest.json", text)
+    write_manifest(folder, content)
 
 
 @cache

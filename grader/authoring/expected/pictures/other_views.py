@@ -5,14 +5,13 @@ The reference draws them just as a submission is made to: see checking/pictures/
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from grader.authoring.expected.manifest import put, write_manifest
 from grader.authoring.expected.pictures.texels import texels
 from grader.build import substitution
 from grader.checking.expected_data import Array
@@ -39,15 +38,12 @@ def store(folder: Path, seed: int, scenes: Collection[int] = ALL) -> None:
     """Write the other views of a folder of expected data."""
     place = folder / FOLDER
     place.mkdir(parents=True, exist_ok=True)
-    files = {}
+    files: dict[str, Any] = {}
     with Libraries(substitution.reference(), sizes_for(None), CACHE, lazy=True) as libraries:
         student = Student(libraries.lend("raytracer.c"))
         for scene in scenes:
-            for name, content in _files(student, scene, seed):
-                (place / name).write_bytes(content)
-                files[name] = {"sha256": hashlib.sha256(content).hexdigest()}
-    text = json.dumps({"files": dict(sorted(files.items()))}, indent=1) + "\n"
-    (place / "manifest.json").write_text(text, encoding="utf-8")
+            files |= put(place, dict(_files(student, scene, seed)), {})
+    write_manifest(place, {"files": files})
 
 
 def _files(student: Student, scene: int, seed: int) -> list[tuple[str, bytes]]:

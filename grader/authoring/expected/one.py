@@ -1,0 +1,84 @@
+"""Makes one suite, picture or mistake of a folder of expected data again; the others stay.
+
+What the manifest says of the folder, its seed and compiler, stays too: a folder has one seed.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from pathlib import Path
+
+from grader.authoring.expected import mistake_bank
+from grader.authoring.expected.manifest import merge
+from grader.authoring.expected.pictures import lineup, make
+from grader.authoring.expected.suites import file_of, recipes, suites
+from grader.authoring.specimens import mistakes
+from grader.checking.expected_data import read_manifest
+from grader.checking.pictures import expected_files
+from grader.checking.pictures.plan import JUDGED, SCENES, ExpectedPicture, everything
+from grader.course.message import GraderError
+from grader.execution.session import Library
+
+
+class UnknownNameError(GraderError):
+    """There is no suite, picture or mistake of that name."""
+
+    code = 2
+
+
+def store_suite(core: Library, folder: Path, name: str) -> None:
+    """Make a suite again, from the folder's seed, and what the bank holds by it.
+
+    Raises UnknownNameError, ExpectedError.
+    """
+    known = {each.name: each for each in recipes()}
+    _expect_known("SUITE", name, known)
+    seed = int(read_manifest(folder)["seed"])
+    (suite,) = suites(core, seed, [known[name]])
+    merge(folder, *file_of(suite))
+    if "bank" in read_manifest(folder):
+        mistake_bank.store(folder, again=lambda mistake: False)
+
+
+def store_picture(folder: Path, name: str) -> None:
+    """Make a picture again, or with a name such as "scene4" what stands where in a scene.
+
+    Of a picture that checks look at, what the mistakes draw there is made again as well.
+    Raises UnknownNameError, ExpectedError, OSError.
+    """
+    scenes = {f"scene{each}": each for each in SCENES}
+    pictures = {each.name: each for each in everything()}
+    _expect_known("PICTURE", name, [*pictures, *scenes])
+    place = folder / expected_files.FOLDER
+    if name in scenes:
+        merge(place, *make.scene_files(scenes[name]))
+        return
+    merge(place, *make.picture_files(pictures[name]))
+    if pictures[name] in JUDGED:
+        # What mistakes draw is told from what is accepted.
+        merge(place, *lineup.files(folder, pictures[name]))
+
+
+def store_mistake(folder: Path, name: str, cache: Path = mistake_bank.CACHE) -> None:
+    """Make what the bank holds of a mistake again, and the pictures that it may show in.
+
+    Raises UnknownNameError, ExpectedError, OSError.
+    """
+    known = {each.id: each for each in mistakes.load()}
+    _expect_known("MISTAKE", name, known)
+    mistake_bank.store(folder, cache, lambda each: each.id == name)
+    for picture in pictures_of(known[name]):
+        merge(folder / expected_files.FOLDER, *lineup.files(folder, picture))
+
+
+def pictures_of(mistake: mistakes.Mistake) -> list[ExpectedPicture]:
+    """Return the pictures that checks look at, with which a mistake is kept."""
+    return [each for each in JUDGED if lineup.shows_first(mistake, each)]
+
+
+def _expect_known(what: str, name: str, known: Iterable[str]) -> None:
+    names = list(known)
+    if name not in names:
+        near = difflib.get_close_matches(name, names, 1, 0)
+        raise UnknownNameError(f"{what}={name}: there is none; the nearest is {near[0]}")
