@@ -344,7 +344,21 @@ def test_both_languages_say_the_same_things() -> None:
         assert placeholders(text) == placeholders(english[key]), key
 
 
-FILES = (".c", ".css", ".h", ".html", ".js", ".json", ".png", ".py", ".sh", ".so", ".toml", ".txt", ".zip")
+FILES = (
+    ".c",
+    ".css",
+    ".h",
+    ".html",
+    ".js",
+    ".json",
+    ".png",
+    ".py",
+    ".sh",
+    ".so",
+    ".toml",
+    ".txt",
+    ".zip",
+)
 
 
 def test_every_sentence_is_asked_for_somewhere() -> None:
