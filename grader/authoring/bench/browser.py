@@ -31,6 +31,8 @@ CELL = ".jp-Notebook .jp-Cell"
 PROMPT = f"{CELL} .jp-InputPrompt"
 NOTEBOOK, SOURCE = "notebooks/en/TP2.ipynb", "core_c/raytracer.c"
 WIDE = {"width": 1400, "height": 1000}
+PICTURE = ".jp-OutputArea-output :is(img, .mrt-drawing)"
+DATA = "found.src || found.outerHTML"  # of a picture
 LOCAL = ("http://127.0.0.1", "ws://127.0.0.1", "data:", "blob:")
 
 
@@ -95,16 +97,16 @@ class BrowserSession:
 
     def picture(self, cell: int) -> str:
         """Return the data of the first picture that a cell shows."""
-        image = self.output(cell).locator("img").first
-        image.wait_for()
-        return str(image.get_attribute("src"))
+        picture = self.output(cell).locator(PICTURE).first
+        picture.wait_for()
+        return str(picture.evaluate(f"(found) => {DATA}"))
 
     def wait_for_another_picture(self, cell: int, old: str) -> None:
         """Wait until a cell shows another picture than that of `old`."""
+        found = f"document.querySelectorAll({CELL!r})[cell].querySelector({PICTURE!r})"
         self.page.wait_for_function(
-            "([selector, cell, old]) => { const image = document.querySelectorAll(selector)[cell]"
-            ".querySelector('.jp-OutputArea img'); return image && image.src !== old; }",
-            arg=[CELL, cell, old],
+            f"([cell, old]) => {{ const found = {found}; return found && ({DATA}) !== old; }}",
+            arg=[cell, old],
         )
 
     def edit(self, old: str, new: str) -> None:

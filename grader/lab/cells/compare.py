@@ -21,6 +21,7 @@ from grader.checking.shapes import Mask
 from grader.lab.display.card import Shown, escape
 from grader.lab.display.error_cards import sentence
 from grader.lab.display.picture import Array, draw, figure, levels, new_figure
+from grader.lab.display.plots import ON_DARK
 from grader.lab.display.stopped import Stopped
 from grader.lab.display.words import say, texts
 
@@ -137,7 +138,7 @@ def _box(axes: Axes, place: Place, number: str) -> None:
     left, right = np.clip((left, right), *axes.get_xlim())
     bottom, top = np.clip((bottom, top), *axes.get_ylim())
     corners = ([left, right, right, left, left], [bottom, bottom, top, top, bottom])
-    axes.plot(*corners, color="white", linewidth=1.2, clip_on=False)
+    axes.plot(*corners, color=ON_DARK, linewidth=1.2, clip_on=False)
     label = {"boxstyle": "round,pad=0.15", "fc": "white", "ec": "0.4"}
     axes.annotate(number, (left, top), fontsize=8, bbox=label)
 

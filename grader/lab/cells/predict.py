@@ -7,6 +7,7 @@ from typing import Any
 
 from grader.lab.display import store
 from grader.lab.display.card import Shown, escape, note
+from grader.lab.display.controls import beside
 from grader.lab.display.error_cards import sentence
 from grader.lab.display.stopped import Stopped
 from grader.lab.display.words import say
@@ -23,7 +24,7 @@ class Prediction:
     def _repr_mimebundle_(self, include: Any = None, exclude: Any = None) -> dict[str, Any]:
         """Return buttons, and beside them what a page without a kernel shows."""
         plain = _told(self.name, self.options)
-        bundle = dict(_buttons(self.name, self.options)._repr_mimebundle_())
+        bundle = dict(beside(_buttons(self.name, self.options))._repr_mimebundle_())
         return {**bundle, "text/html": plain.html, "text/plain": plain.text}
 
     def __repr__(self) -> str:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from grader.lab.display.card import Shown, card, code, escape
+from grader.lab.display.controls import beside
 from grader.lab.display.picture import Picture, image
 from grader.lab.display.stopped import Stopped
 from grader.lab.display.words import texts
@@ -54,7 +55,7 @@ class Slider:
 
         for each in controls.values():
             each.observe(follow, names="value")
-        return ipywidgets.VBox([*controls.values(), area]), shown
+        return beside(*controls.values(), area), shown
 
 
 def slider(function: Callable[..., Any], **ranges: Range | Any) -> Slider:

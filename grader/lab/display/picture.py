@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
 Array = npt.NDArray[Any]
 
-DPI = 100
 FIGURE_INCHES = (7.0, 4.6)
 NOT_A_NUMBER = (255, 0, 255)  # the colour of a pixel that holds a NaN
 MAP = "cividis"  # safe for colour-blind readers, and grows lighter in grey
@@ -112,22 +111,25 @@ def new_figure(
 
     It belongs to no window, so that nothing has to be closed.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib import rc_context
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=inches, dpi=DPI, layout="constrained")
-    FigureCanvasAgg(figure)
-    return figure, figure.subplots(rows, columns, **kinds)
+    from grader.lab.display.vector import SETTINGS
+
+    figure = Figure(figsize=inches, layout="constrained")
+    FigureCanvasSVG(figure)
+    with rc_context(SETTINGS):
+        return figure, figure.subplots(rows, columns, **kinds)
 
 
 def figure(drawn: Figure, alt: str) -> Shown:
     """Return a matplotlib figure as what a cell shows; `alt` says what is to be seen."""
     from grader.lab.display.dressing import dress
+    from grader.lab.display.vector import svg
 
     dress(drawn)
-    out = io.BytesIO()
-    drawn.savefig(out, format="png")
-    return tag(out.getvalue(), alt)
+    return Shown(svg(drawn, alt), alt)
 
 
 def show(
@@ -173,12 +175,12 @@ def draw(
     height, width = array.shape[:2]
     i0, j0, i1, j1 = zoom or (0, 0, width - 1, height - 1)
     if array.ndim == 3:
-        axes.imshow(levels(array)[::-1], origin="lower", interpolation="nearest")
+        axes.imshow(levels(array)[::-1], origin="lower", interpolation="none")
     else:
         low, high = limits
         axes.set_facecolor("0.85")  # where there is no number
         drawn = axes.imshow(
-            array, origin="lower", interpolation="nearest", cmap=MAP, vmin=low, vmax=high
+            array, origin="lower", interpolation="none", cmap=MAP, vmin=low, vmax=high
         )
         axes.figure.colorbar(drawn, ax=axes, label=label, shrink=0.8)
     axes.set_xlim(i0 - 0.5, i1 + 0.5)
@@ -202,7 +204,7 @@ def _mark_origin(axes: Axes) -> None:
         textcoords="offset points",
         fontsize=9,
         bbox={"boxstyle": "round,pad=0.2", "fc": "white", "ec": "0.4", "alpha": 0.85},
-        arrowprops={"arrowstyle": "->", "color": "0.2"},
+        arrowprops={"arrowstyle": "->", "color": "0.4"},
     )
 
 

@@ -1,7 +1,8 @@
 """What the notebooks' drawings share: colours that everyone can tell apart, words, numbers.
 
-Colours are those of Okabe and Ito (Color Universal Design, 2008), in an order whose greys differ;
-lines differ by their dashes as well, so that a page printed in grey can be read.
+Colours are those of Okabe and Ito (Color Universal Design, 2008), two of them darker: each has a
+contrast of 3 with white and with the ground of the dark theme. Lines differ by their dashes as
+well, so that a page printed in grey can be read. Words are black: the page's ink.
 """
 
 from __future__ import annotations
@@ -14,9 +15,11 @@ from matplotlib.ticker import MaxNLocator
 
 from grader.lab.display.words import texts
 
-BLUE, ORANGE, GREEN, RED, SKY = "#0072b2", "#e69f00", "#009e73", "#d55e00", "#56b4e9"
+BLUE, ORANGE, GREEN, RED, SKY = "#0072b2", "#c07f00", "#009e73", "#d55e00", "#2f8fc4"
 GREY = "#666666"
-LIGHT = ("#ffffff", "#d9d9d9")
+INK = "black"
+LIGHT = ("#ffffff", "#d9d9d9")  # the ground, and a shade of it
+ON_DARK, ON_BRIGHT = "#fdfdfd", "#020202"  # over pictures and colours: the same in every theme
 # The components of a colour: key of [plot] in messages/, colour, dashes.
 CHANNELS = (("red", RED, "-"), ("green", GREEN, "--"), ("blue", BLUE, ":"))
 
@@ -59,4 +62,11 @@ def pixel_axes(axes: Axes, columns: int, rows: int) -> None:
 def box(axes: Axes, x: float, y: float, words: str, color: str) -> None:
     """Draw a pixel as a square of side 1 around (x, y), with words in it."""
     axes.add_patch(Rectangle((x - 0.5, y - 0.5), 1, 1, facecolor=color, edgecolor=GREY))
-    axes.text(x, y, words, ha="center", va="center", fontsize=9)
+    ink = INK if color in LIGHT else ON_BRIGHT
+    axes.text(x, y, words, ha="center", va="center", fontsize=9, color=ink)
+
+
+def cross(axes: Axes, x: float, y: float) -> None:
+    """Mark a point of a picture, whatever its colours."""
+    axes.plot(x, y, "+", color=ON_DARK, ms=16, mew=3)
+    axes.plot(x, y, "+", color=ON_BRIGHT, ms=14, mew=1)

@@ -143,7 +143,7 @@ def distance_map(radius: float = 4.0, squared: bool = False) -> Shown:
         for j in range(2 * half + 1):
             square = (i - half) ** 2 + (j - half) ** 2
             words = str(square) if squared else number(square**0.5, 1)
-            box(axes, i, j, words, ORANGE if square < radius**2 else "white")
+            box(axes, i, j, words, ORANGE if square < radius**2 else LIGHT[0])
     limit = f"r² = {number(radius**2, 2)}" if squared else f"r = {number(radius, 2)}"
     axes.set_title(f"{'dx² + dy²' if squared else '√(dx² + dy²)'}  <  {limit}")
     return figure(drawn, alt)

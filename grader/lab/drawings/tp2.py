@@ -15,7 +15,7 @@ from matplotlib.patches import Circle, Rectangle
 from grader.lab.bridge.core import Core
 from grader.lab.display.card import Shown
 from grader.lab.display.picture import draw, figure, new_figure, show
-from grader.lab.display.plots import BLUE, GREEN, GREY, LIGHT, ORANGE, RED, number, sentence
+from grader.lab.display.plots import BLUE, GREEN, GREY, LIGHT, ORANGE, RED, cross, number, sentence
 from grader.lab.display.values import Hit, Ray
 
 Array = npt.NDArray[Any]
@@ -53,7 +53,7 @@ def pyramid(core: Core, i: int = 0, j: int = 0) -> Shown:
         _lines(axes, [eye, corner], BLUE, lw=0.8)
     for (name, axis), color in zip(axes_of.items(), (RED, GREEN, BLUE), strict=True):
         _lines(axes, [eye, eye + 0.6 * axis], color, lw=2.5)
-        axes.text(*_turned(eye + 0.72 * axis), name, color=color)
+        axes.text(*_turned(eye + 0.72 * axis), name)
     axes.scatter(*_turned(wanted), color=ORANGE, s=50, edgecolors="black", zorder=5)
     width, height = core.size
     ray = core.camera_ray((i + 0.5) * width / 16, (j + 0.5) * height / 9)
@@ -141,12 +141,11 @@ def ray_points(t: float = 1.0, length: float = 2.0) -> Shown:
     drawn, axes = new_figure(1, 1, (7.5, 2.2))
     axes.plot([-4, 8.4], [0, 0], color=GREY, lw=1)
     axes.annotate("", (length, 0), (0, 0), arrowprops={"arrowstyle": "->", "color": BLUE, "lw": 3})
-    axes.text(length / 2, -0.32, "d", color=BLUE, ha="center")
+    axes.text(length / 2, -0.32, "d", ha="center")
     for step in range(-1, 5):
         axes.plot(step * length, 0, "|", color="black", ms=12)
         axes.text(step * length, 0.24, f"t={step}", ha="center", fontsize=8)
-    axes.plot(6, 0, "s", color=RED, ms=4)
-    axes.axvline(6, color=RED, lw=4, alpha=0.5)
+    axes.axvline(6, color=RED, lw=4)
     axes.plot(t * length, 0, "o", color=ORANGE, mec="black", ms=10)
     axes.set(xlim=(-4.2, 8.4), ylim=(-0.6, 0.6), yticks=[], xlabel="z")
     axes.set_title(
@@ -249,10 +248,9 @@ def probe(core: Core, i: int = 320, j: int = 160) -> Shown:
     hits = _met(core, core.camera_ray(i + 0.5, j + 0.5))
     drawn, (seen, line) = new_figure(2, 1, (9, 3.4), width_ratios=(1.4, 1))
     draw(seen, picture, f"(i, j) = ({i}, {j})")
-    seen.plot(i, j, "+", color="white", ms=16, mew=3)
-    seen.plot(i, j, "+", color="black", ms=14, mew=1)
+    cross(seen, i, j)
     for k, (each, hit) in enumerate(zip(objects, hits, strict=True)):
-        line.axhline(k, color=LIGHT[1])
+        line.axhline(k, color=GREY, lw=0.6)
         if hit:
             line.plot(hit.t, k, "o", color=tuple(np.asarray(each.mat.kd)), mec="black", ms=10)
     ends = [hit.t for hit in hits if hit]

@@ -14,7 +14,18 @@ from matplotlib.axes import Axes
 from grader.lab.bridge.core import Core
 from grader.lab.display.card import Shown, table
 from grader.lab.display.picture import Picture, draw, figure, new_figure
-from grader.lab.display.plots import BLUE, GREEN, GREY, LIGHT, ORANGE, RED, number, sentence
+from grader.lab.display.plots import (
+    BLUE,
+    GREEN,
+    GREY,
+    INK,
+    LIGHT,
+    ON_DARK,
+    ORANGE,
+    RED,
+    number,
+    sentence,
+)
 
 Array = npt.NDArray[Any]
 
@@ -34,7 +45,7 @@ def _arrow(axes: Axes, direction: Array, name: str, color: str, style: str = "-"
     properties = {"arrowstyle": "->", "color": color, "lw": 2.5, "ls": style}
     x, y = direction
     axes.annotate("", (x, y), (0, 0), arrowprops=properties)
-    axes.text(1.12 * x, 1.12 * y, name, color=color, ha="center", va="center", weight="bold")
+    axes.text(1.12 * x, 1.12 * y, name, ha="center", va="center", weight="bold")
 
 
 def _ball() -> tuple[Array, Array]:
@@ -76,7 +87,7 @@ def patch(angle: int = 40) -> Shown:
     axes.plot([-spread / 2, spread / 2], [0, 0], color=RED, lw=5)
     axes.plot(*np.transpose([1.6 * toward - across / 2, 1.6 * toward + across / 2]), "k", lw=3)
     axes.annotate("", (0, 1.1), (0, 0), arrowprops={"arrowstyle": "->", "color": BLUE, "lw": 2})
-    axes.text(0.12, 0.9, "n", color=BLUE, weight="bold")
+    axes.text(0.12, 0.9, "n", weight="bold")
     axes.set(xlim=(-6, 6), ylim=(-0.3, 2.4), aspect="equal", xticks=[], yticks=[])
     values = {"width": number(spread, 2), "share": number(1 / spread, 2), "angle": angle}
     axes.set_title(sentence("tp3.spread", **values))
@@ -90,7 +101,7 @@ def n_dot_l(azimuth: int = 60, height: int = 30) -> Shown:
     drawn, axes = new_figure(1, 1, (5.6, 4.4))
     draw(axes, values, label="n . l", limits=(-1, 1))
     if np.nanmin(values) < 0 < np.nanmax(values):
-        axes.contour(values, levels=[0], colors="white", linewidths=2)
+        axes.contour(values, levels=[0], colors=ON_DARK, linewidths=2)
     lit = number(100 * float(np.mean(values[inside] > 0)), 0)
     axes.set_title(sentence("tp3.lit", share=lit))
     return figure(drawn, sentence("tp3.ball_alt", azimuth=azimuth, height=height, share=lit))
@@ -258,7 +269,7 @@ def floor_and_int() -> Shown:
         for k in np.unique(rule(np.arange(-3, 3, 0.5) + 0.25)):
             inside = [x for x in np.arange(-3, 3, 0.5) + 0.25 if rule(x) == k]
             middle = float(np.mean(inside))
-            color = "white" if k % 2 == 0 else "black"
+            color = ON_DARK if k % 2 == 0 else INK
             axes.text(middle, y, f"{k + 0:.0f}", ha="center", va="center", color=color)
         axes.text(-3.1, y, name, ha="right", va="center")
     axes.set(xlim=(-4, 3), ylim=(-0.5, 1.5), yticks=[], xlabel="x")

@@ -18,7 +18,7 @@ from grader.lab.bridge.core import Core
 from grader.lab.bridge.scene import Scene
 from grader.lab.display.card import Shown
 from grader.lab.display.picture import Picture, draw, figure, new_figure, show
-from grader.lab.display.plots import BLUE, GREY, LIGHT, ORANGE, RED, digits, number, sentence
+from grader.lab.display.plots import BLUE, GREY, LIGHT, ORANGE, RED, cross, digits, number, sentence
 from grader.lab.display.values import Hit, Ray
 
 Array = npt.NDArray[Any]
@@ -177,7 +177,7 @@ def _arrow(axes: Axes, start: Array, end: Array, name: str, color: str) -> None:
     properties = {"arrowstyle": "->", "color": color, "lw": 2.5}
     axes.annotate("", (x, y), (x0, y0), arrowprops=properties)
     far_x, far_y = 1.1 * (end if np.linalg.norm(end) > np.linalg.norm(start) else start)
-    axes.text(far_x, far_y, name, color=color, ha="center", va="center", weight="bold")
+    axes.text(far_x, far_y, name, ha="center", va="center", weight="bold")
 
 
 def _max_depth(core: Core) -> int:
@@ -210,8 +210,7 @@ def path(core: Core, i: int = 334, j: int = 119, scene: int = 0) -> Shown:
     met, last = _chain(core, ray)
     drawn, (seen, above) = new_figure(2, 1, (10, 4), width_ratios=(1.4, 1))
     draw(seen, picture, f"(i, j) = ({i}, {j})")
-    seen.plot(i, j, "+", color="white", ms=16, mew=3)
-    seen.plot(i, j, "+", color="black", ms=14, mew=1)
+    cross(seen, i, j)
     _from_above(above, content)
     points = [np.asarray(content.camera.position), *(np.asarray(each.position) for each in met)]
     for k, (start, end) in enumerate(pairwise(points)):

@@ -200,7 +200,9 @@ def tests_map(core: Core) -> Shown:
 def _draw_tests(axes: Axes, tests: Array, most: int) -> None:
     """Draw a map of counts, from 1 to `most` on a logarithmic scale."""
     scale = LogNorm(1, most)
-    drawn = axes.imshow(np.maximum(tests, 1), cmap=MAP, norm=scale, origin="lower")
+    drawn = axes.imshow(
+        np.maximum(tests, 1), cmap=MAP, norm=scale, origin="lower", interpolation="none"
+    )
     axes.figure.colorbar(drawn, ax=axes, label=sentence("tp4.tests"), shrink=0.8)
     pixel_axes(axes, *LARGE_PIXELS)
 

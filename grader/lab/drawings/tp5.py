@@ -15,7 +15,19 @@ from grader.lab.bridge.core import Core
 from grader.lab.display import plots
 from grader.lab.display.card import Shown, table
 from grader.lab.display.picture import draw, figure, new_figure, show
-from grader.lab.display.plots import BLUE, GREEN, GREY, LIGHT, ORANGE, RED, SKY, number, sentence
+from grader.lab.display.plots import (
+    BLUE,
+    GREEN,
+    GREY,
+    LIGHT,
+    ON_DARK,
+    ORANGE,
+    RED,
+    SKY,
+    cross,
+    number,
+    sentence,
+)
 
 Array = npt.NDArray[Any]
 Zone = tuple[int, int, int, int]  # first column, first row, columns, rows
@@ -107,7 +119,7 @@ def floor_map(core: Core) -> Shown:
     draw(axes, shares, sentence("tp5.map_title"), label=sentence("tp5.share"), limits=(0, 1))
     known = np.nan_to_num(shares)
     if known.min() < HALF < known.max():
-        axes.contour(known, levels=[HALF], colors="white", linewidths=1.5)
+        axes.contour(known, levels=[HALF], colors=ON_DARK, linewidths=1.5)
     told = number(100 * float(np.mean(known > HALF)), 1)
     return figure(drawn, sentence("tp5.map_alt", share=told))
 
@@ -120,8 +132,7 @@ def probe(core: Core, i: int = 100, j: int = 200) -> Shown:
     hit = core.nearest_hit(ray)
     drawn, (seen, curve) = new_figure(2, 1, (9.5, 3.6), width_ratios=(1.4, 1))
     draw(seen, picture, f"(i, j) = ({i}, {j})")
-    seen.plot(i, j, "+", color="white", ms=16, mew=3)
-    seen.plot(i, j, "+", color="black", ms=14, mew=1)
+    cross(seen, i, j)
     curve.set(xlim=(0, 90), ylim=(-0.03, 1.03), xlabel=sentence("tp5.angle"))
     curve.set_ylabel(sentence("tp5.share"))
     if not hit:

@@ -14,6 +14,7 @@ from grader.evaluation.replay.probe import unit
 from grader.evaluation.replay.ray_tree import SKY, Node
 from grader.lab.display.card import Shown
 from grader.lab.display.picture import draw, figure, new_figure
+from grader.lab.display.plots import ON_BRIGHT, ON_DARK
 from grader.lab.display.vectors import Array
 from grader.lab.display.words import say
 from grader.lab.inspector.looking import InspectedScene, Seen
@@ -150,7 +151,7 @@ def static(inspected: InspectedScene, seen: Seen) -> Shown:
     drawn, axes = new_figure(2, 1, inches=(10.5, 3.6), width_ratios=(3, 2))
     i, j = seen.pixel
     draw(axes[0], inspected.picture, say("inspect.picture_title", i=i, j=j))
-    for color, size in (("white", 13), ("black", 16)):
+    for color, size in ((ON_DARK, 13), (ON_BRIGHT, 16)):
         axes[0].plot(i, j, "o", markersize=size, markerfacecolor="none", markeredgecolor=color)
     if seen.case is not None:
         _draw_space(axes[1], inspected, segments(inspected, seen.case.root))

@@ -20,6 +20,11 @@ CELLS = [
     "core = Core()\ncore.plane((0, 1, 0), 0.2)",
     'img = core.figure("figure_4")\nimg[20:40, 30:60] = 1\ncompare(img, "figure_4")',
     "inspect(0, (160, 60))",
+    "from grader.lab import show, slider, tp1, tp2, tp3\n"
+    "slider(tp1.distance_map, radius=(1.0, 5.0))",
+    "tp2.probe(core)",
+    "tp3.lobe()",
+    "show(core.image((8, 5)), grid=True)",
 ]
 WIDE, PHONE = {"width": 1400, "height": 1000}, {"width": 390, "height": 800}
 TEXT, LINES = 4.5, 3.0  # the least contrasts, of WCAG 2.1
@@ -64,6 +69,28 @@ CONTRAST = """() => {
     if (parseFloat(style.borderLeftWidth) >= 1 && each.tagName !== "BUTTON" && each.offsetParent) {
       const edge = over(rgba(style.borderLeftColor), ground(each.parentElement));
       lines.push([contrast(edge, ground(each.parentElement)), each.outerHTML.slice(0, 80)]);
+    }
+  }
+  const drawn = (each, what) => { // a colour of a drawing, as it is seen on what is below
+    const style = getComputedStyle(each);
+    const color = style[what].startsWith("rgb") ? rgba(style[what]) : [0, 0, 0, 0];
+    return [...color.slice(0, 3), color[3] * style[`${what}Opacity`] * style.opacity];
+  };
+  const below = (word) => { // what a word of a drawing stands on
+    word.scrollIntoView({ block: "center" });
+    const box = word.getBoundingClientRect();
+    const found = document.elementsFromPoint(box.x + box.width / 2, box.y + box.height / 2)
+      .filter((each) => each.closest(".mrt-drawing g") && !each.closest(".mrt-text"));
+    return found.reverse().reduce((color, each) => over(drawn(each, "fill"), color), ground(word));
+  };
+  for (const each of document.querySelectorAll(".mrt-drawing .mrt-text")) {
+    const behind = below(each), ink = drawn(each.querySelector("use, path:not(defs *)"), "fill");
+    texts.push([contrast(over(ink, behind), behind), each.outerHTML.slice(0, 200)]);
+  }
+  for (const each of document.querySelectorAll(".mrt-drawing .mrt-line2d path:not(defs *)")) {
+    const line = drawn(each, "stroke"), behind = ground(each);
+    if (line[3] && !each.closest(".mrt-axes").querySelector("image")) {
+      lines.push([contrast(over(line, behind), behind), each.outerHTML.slice(0, 80)]);
     }
   }
   return { texts, lines };
@@ -132,6 +159,13 @@ def test_the_view_in_space_follows_the_theme(
     page.locator(".mrt-space").scroll_into_view_if_needed()
     page.wait_for_function(SPACE, arg=dark)
     screenshot(page, f"space-{theme.split()[-1].lower()}")
+
+
+def test_the_handle_of_a_slider_has_a_name(session: BrowserSession) -> None:
+    """It is that of what it moves."""
+    cell = session.cell("from grader.lab import show")
+    session.output(cell).scroll_into_view_if_needed()
+    session.output(cell).locator(".noUi-handle[aria-label=radius]").wait_for()
 
 
 def test_a_narrow_screen_needs_no_scroll_bar(session: BrowserSession) -> None:

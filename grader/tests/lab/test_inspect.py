@@ -76,7 +76,7 @@ def test_a_table_for_every_ray(folder: Path, opened: list[InspectedScene]) -> No
     assert rows[:5] == ["0", "0.0", "0.1", "0.2", "1"]
     assert html.count('scope="row"') == len(rows)
     assert ">The rays of this pixel</caption>" in html
-    assert re.search(r'<img [^>]*alt="On the left, the picture and pixel \(160, 90\)', html)
+    assert re.search(r'<svg [^>]*aria-label="On the left, the picture and pixel \(160, 90\)', html)
     assert "Each value of this pixel is the one expected." in repr(found)
     made = widget.make(found.inspected, found.seen)
     assert [each[0] for each in made.seen["rays"]] == rows

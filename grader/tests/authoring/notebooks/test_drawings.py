@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from grader.course.exercises import CORE, ROOT
-from grader.lab import Core
+from grader.lab import Core, show
 from grader.lab.display import plots
 from grader.lab.display.card import Shown
 from grader.lab.drawings import tp1, tp2, tp3
@@ -33,6 +33,8 @@ def english(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let the words be English."""
     monkeypatch.setenv("MRT_LANG", "en")
 
+
+GROUNDS = ("#ffffff", "#111111")  # of JupyterLab's themes
 
 PLAIN: list[Callable[[], Shown]] = [
     tp1.memory_strip,
@@ -60,10 +62,43 @@ def test_a_drawing_has_words(number: int, language: str, monkeypatch: pytest.Mon
     """Each drawing is one image whose description is a sentence, in both languages."""
     monkeypatch.setenv("MRT_LANG", language)
     shown = PLAIN[number]()
-    (words,) = re.findall(r'<img\b[^>]*\balt="([^"]*)"', shown.html)
+    (words,) = re.findall(r'<svg\b[^>]*\baria-label="([^"]*)"', shown.html)
     assert len(words) > 40
     assert words.endswith(".")
     assert "{" not in words
+
+
+def contrast(one: str, other: str) -> float:
+    """Return the contrast of two colours such as "#0072b2", as WCAG 2.1 has it."""
+    low, high = sorted(map(luminance, (one, other)))
+    return (high + 0.05) / (low + 0.05)
+
+
+def luminance(color: str) -> float:
+    """Return the relative luminance of a colour."""
+    levels = np.array([int(color[k : k + 2], 16) / 255 for k in (1, 3, 5)])
+    linear = np.where(levels <= 0.04045, levels / 12.92, ((levels + 0.055) / 1.055) ** 2.4)
+    return float(linear @ (0.2126, 0.7152, 0.0722))
+
+
+@pytest.mark.parametrize("number", range(len(PLAIN)))
+def test_a_drawing_is_seen_on_light_ground_and_on_dark(number: int) -> None:
+    """No sheet behind it, the page's ink for words, and lines that stand out from both grounds."""
+    html = PLAIN[number]().html
+    figure = html.partition('<g class="mrt-axes"')[0]
+    assert "fill:" not in figure
+    words = "".join(re.findall(r'<g class="mrt-text">.*?</g>', html, re.S))
+    assert set(re.findall(r"fill: (#\w{6})", words)) <= {plots.ON_DARK, plots.ON_BRIGHT}
+    colors = set(re.findall(r"stroke: (#\w{6})", html)) - {plots.ON_DARK, plots.ON_BRIGHT}
+    assert [each for each in colors if min(contrast(each, ground) for ground in GROUNDS) < 3] == []
+
+
+def test_many_pixels_are_scaled_and_few_stay_sharp() -> None:
+    """No column of a large picture is dropped; the pixels of a small one have edges."""
+    large, small = (show(np.zeros((9, width, 3))).html for width in (1280, 8))
+    assert "<image" in large
+    assert "pixelated" not in large
+    assert "pixelated" in small
 
 
 def test_numbers_follow_the_language(monkeypatch: pytest.MonkeyPatch) -> None:

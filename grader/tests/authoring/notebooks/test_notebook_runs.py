@@ -17,6 +17,7 @@ from grader.tests.support.sampling import sampled
 
 NAMES = sorted(path.stem for path in (NOTEBOOKS / "fr").glob("*.ipynb"))
 REFERENCE = ROOT / "reference"
+PICTURE = r'<img\b[^>]*>|<svg role="img"[^>]*>'
 DONE, TO_DO, WRONG = "✓", "○", "✗"
 
 EACH = [f"{language}/{name}" for name in NAMES for language in LANGUAGES]
@@ -153,7 +154,7 @@ def test_exported_pages_show_every_picture(finished: Any, request: pytest.Fixtur
     language, name = request.node.callspec.params["finished"].split("/")
     folder = NOTEBOOKS / language
     drawn = sum(
-        output.data.get("text/html", "").count("<img ")
+        len(re.findall(PICTURE, output.data.get("text/html", "")))
         for each in notebook.cells
         if each.cell_type == "code"
         for output in each.outputs
@@ -163,11 +164,11 @@ def test_exported_pages_show_every_picture(finished: Any, request: pytest.Fixtur
     page = pages.page(notebook, folder, name)
     assert not re.search(r"<(script|link|img)\b[^>]*https?://", page)
     assert ("<math" in page) == any("$" in text for text in texts_of(notebook))
-    images = re.findall(r"<img\b[^>]*>", page)
+    images = re.findall(PICTURE, page)
     assert len(images) == drawn + written
     assert drawn > 3
     for image in images:
-        assert re.search(r'\bsrc="data:image/png;base64,', image)
-        words = re.search(r'\balt="([^"]*)"', image)
+        assert image.startswith("<svg") or re.search(r'\bsrc="data:image/png;base64,', image)
+        words = re.search(r'\b(?:alt|aria-label)="([^"]*)"', image)
         assert words
         assert len(words[1]) > 10
