@@ -4,7 +4,7 @@
 # Paths here are relative, and values travel by the environment, so that this works from any folder.
 
 .DEFAULT_GOAL := help
-.PHONY: help grade watch mrt try debug restore lab submit update release classroom gradescope vpl batch alike purge oral notebooks figures expected calibrate prove skeleton format lint test test-all bench doctor image wheelhouse print-flags clean
+.PHONY: help grade report watch mrt try debug restore lab submit update release classroom gradescope vpl batch alike purge oral notebooks figures expected calibrate prove skeleton format lint test test-all bench doctor image wheelhouse print-flags clean
 
 SUBMISSION ?= core_c
 SRC ?= core_c
@@ -34,6 +34,9 @@ grade: ## évalue votre code : TP=1, K=fill, HINT=2, SUBMISSION=dossier | grades
 	@$(call PYTHON_OF,grade) && "$$python" -m grader grade "$$SUBMISSION" \
 	    $${TP:+--tp "$$TP"} $${K:+-k "$$K"} $${HINT:+--hint "$$HINT"} $${ISOLATION:+--isolation "$$ISOLATION"} \
 	    $${EXPECTED:+--expected "$$EXPECTED"} $${ANNOTATE:+--annotate "$$ANNOTATE"} --build "$$BUILD"
+
+report: ## refait le rapport sans rien exécuter : MRT_LANG=en, RESULTS=dossier | makes the report again, runs nothing: MRT_LANG=en, RESULTS=folder
+	@$(call PYTHON_OF,grade) && "$$python" -m grader report "$${RESULTS:-$$BUILD/grade}"
 
 watch: ## évalue à chaque enregistrement : TP=1, K=fill | grades at each save: TP=1, K=fill
 	@$(call PYTHON_OF,grade) && "$$python" -m grader watch "$$SUBMISSION" \

@@ -54,7 +54,7 @@ WHOLE_FILES = (
     ".dockerignore",
 )
 TARGETS = (
-    *("help", "grade", "watch", "mrt", "try", "debug", "restore"),
+    *("help", "grade", "report", "watch", "mrt", "try", "debug", "restore"),
     *("lab", "submit", "update", "doctor", "clean"),
 )
 SECTIONS = ("Les cinq premières minutes", "The first five minutes", "Commands")

@@ -30,6 +30,7 @@ _CAMERA = ("camera_ray", "raytrace", "pixel_color")
 # The functions that come before any shading, and the options that they heed without it.
 _FLAT = ("", "trace_ray", "pixel_color")
 _FLAT_OPTIONS = ("shading", "samples", "max_depth")
+EXPECTED = "reproducer.expected"  # the key of what stands before an expected value
 _TYPES = {"light_color": "color", "kr": "color", "p": "point3", "center": "point3"}
 _GREY = "init_material(vector_init(0.5f, 0.5f, 0.5f), vector_init(0.f, 0.f, 0.f), 1.f)"
 _FRAME = """\
@@ -61,7 +62,12 @@ class Look:
 
 def told(program: str, texts: Texts) -> str:
     """Return a program with its words in a language."""
-    return Template(program).safe_substitute(expected=texts.get("reproducer.expected"))
+    return Template(program).safe_substitute(expected=texts.get(EXPECTED))
+
+
+def told_again(program: str, word: str, texts: Texts) -> str:
+    """Return a program in another language; `word` is what stands in it before expected values."""
+    return program.replace(f"/* {word} ", f"/* {texts.get(EXPECTED)} ") if word else program
 
 
 def of_case(batch: Batch, case: int, hidden: Sequence[str], *looks: Look) -> str:

@@ -34,6 +34,7 @@ OTHERS = {
     "gradescope": ("grader.authoring.gradescope", "gradescope.description"),
     "oral": ("grader.authoring.oral", "oral.description"),
     "purge": ("grader.batch.purge", "purge.description"),
+    "report": ("grader.commands.report", "again.description"),
     "release": ("grader.authoring.release", "release.description"),
     "submit": ("grader.commands.submit", "submit.description"),
     "update": ("grader.setup.update", "update.description"),

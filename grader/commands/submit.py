@@ -198,7 +198,7 @@ def _compiles(
     if isinstance(result, UserError):
         yield result.sentence(texts)
         return
-    yield from remarks.notes(submission, [result], True, texts)
+    yield from map(texts.told, remarks.notes(submission, [result], True))
     if result.status is BuildStatus.BUILT and not (result.rejected or result.linker):
         yield texts.say("submit.compiles")
     for name, words in _errors(result):

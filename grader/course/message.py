@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from grader.course.texts import Texts
@@ -42,8 +44,42 @@ class UserError(GraderError):
 
 @dataclass(frozen=True)
 class Message:
-    """What is wrong: the sentence of `key` in messages/, with its values, and what is added."""
+    """What is wrong: the sentence of `key` in messages/, with its values, and what is added.
+
+    A value may be a message too, or several of them, one right behind the other.
+    """
 
     key: str
     values: dict[str, object] = field(default_factory=dict)
     then: tuple[Message, ...] = ()
+
+    def as_row(self) -> dict[str, Any]:
+        """Return it as JSON has it: a number stays one, anything else is as a sentence has it."""
+        row: dict[str, Any] = {"key": self.key}
+        if self.values:
+            row["values"] = {name: _as_json(each) for name, each in self.values.items()}
+        if self.then:
+            row["then"] = [each.as_row() for each in self.then]
+        return row
+
+    @staticmethod
+    def of_row(row: Mapping[str, Any]) -> Message:
+        """Return the message of such a row."""
+        values = {name: _of_json(each) for name, each in row.get("values", {}).items()}
+        return Message(row["key"], values, tuple(map(Message.of_row, row.get("then", ()))))
+
+
+def _as_json(value: object) -> object:
+    if isinstance(value, Message):
+        return value.as_row()
+    if isinstance(value, tuple) and all(isinstance(each, Message) for each in value):
+        return [each.as_row() for each in value]
+    if isinstance(value, float):
+        return float(value) if math.isfinite(value) else f"{value:g}"
+    return value if isinstance(value, int) else str(value)
+
+
+def _of_json(value: object) -> object:
+    if isinstance(value, list):
+        return tuple(map(Message.of_row, value))
+    return Message.of_row(value) if isinstance(value, dict) else value

@@ -27,10 +27,15 @@ class Texts:
     def say(self, key: str, **values: object) -> str:
         """Return the sentence of a key such as "submission.no_folder", with its values.
 
-        A value may be a Message, words of the language too; a float is written as the language
-        writes it. Raises KeyError for an unknown key: a test holds keys and sentences together.
+        A value may be a Message, or some, words of the language too; a float is written as the
+        language writes it. Raises KeyError for an unknown key: a test holds keys and sentences
+        together.
         """
         return self._sentences[key].format_map({k: self._word(v) for k, v in values.items()})
+
+    def told(self, message: Message) -> str:
+        """Return the sentence of a message, and those of what is added to it."""
+        return " ".join(self.say(each.key, **each.values) for each in (message, *message.then))
 
     def get(self, key: str, default: str = "") -> str:
         """Return the sentence of a key that may have none."""
@@ -38,7 +43,9 @@ class Texts:
 
     def _word(self, value: object) -> object:
         if isinstance(value, Message):
-            return self.say(value.key, **value.values)
+            return self.told(value)
+        if isinstance(value, tuple) and all(isinstance(each, Message) for each in value):
+            return "".join(map(self.told, value))
         return self.number(value) if isinstance(value, float) else value
 
     def number(self, value: float) -> str:
@@ -59,10 +66,10 @@ class Texts:
         return self.say("age.date", date=date)
 
 
-def preferred(asked: str = "") -> str:
-    """Return the language asked for, or that of MRT_LANG; the course's otherwise."""
-    name = (asked or os.environ.get("MRT_LANG", ""))[:2].lower()
-    return name if name in LANGUAGES else settings.load().language
+def preferred(asked: str = "", otherwise: str = "") -> str:
+    """Return the language asked for, or that of MRT_LANG; another one otherwise, the course's."""
+    names = ((asked or os.environ.get("MRT_LANG", ""))[:2].lower(), otherwise)
+    return next((name for name in names if name in LANGUAGES), settings.load().language)
 
 
 @cache

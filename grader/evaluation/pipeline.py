@@ -81,10 +81,7 @@ def report_of(
     partial: bool = False,
 ) -> Report:
     """Return the report of a submission whose checks have run."""
-    rejected = {
-        name: texts.say(message.key, **message.values)
-        for name, message in libraries.rejected.items()
-    }
+    rejected = libraries.rejected
     checks, exercises = grade(findings, rules, texts, hint=hint, rejected=rejected)
     judged = {each.tp for each in rules.exercises if each.checks}
     learnt = {rules.checks()[each.check].exercise for each in findings if is_learnt(each)}
@@ -95,9 +92,7 @@ def report_of(
         checks=tuple(checks),
         exercises=tuple(exercises),
         graded_at=time.time(),
-        notes=tuple(
-            remarks.notes(libraries.submission, libraries.builds, libraries.sanitized, texts)
-        ),
+        notes=tuple(remarks.notes(libraries.submission, libraries.builds, libraries.sanitized)),
         rejected=rejected,
         opened=settings.load().opened,
         unjudged=tuple(sorted(set(rules.tps) - judged)),

@@ -12,6 +12,8 @@ from grader.checking.records import Evidence
 from grader.course.message import FaultError, Message
 from grader.intake.records import Submission
 
+_SAID = ("message", "places", "pixel")  # the single messages of Words
+
 
 class PytestError(FaultError):
     """pytest itself failed: the grader's fault."""
@@ -62,6 +64,38 @@ class Pixel:
 
 
 @dataclass(frozen=True)
+class Words:
+    """What the sentences on a check are made of, whatever the language: see wording.py."""
+
+    title: str  # of a check to which messages/ gives none
+    message: Message | None = None
+    level: int = 0  # of help, from a question (1) to the most direct (3); 0: nothing is asked
+    notes: tuple[Message, ...] = ()
+    places: Message | None = None
+    pixel: Message | None = None
+
+    def as_row(self) -> dict[str, Any]:
+        """Return them as JSON has them, without what there is none of."""
+        row = {
+            "title": self.title,
+            "level": self.level,
+            "notes": [each.as_row() for each in self.notes],
+            **{name: said.as_row() for name in _SAID if (said := getattr(self, name)) is not None},
+        }
+        return {name: value for name, value in row.items() if value}
+
+    @staticmethod
+    def of_row(row: Mapping[str, Any]) -> Words:
+        """Return the words of such a row."""
+        return Words(
+            title=row.get("title", ""),
+            level=row.get("level", 0),
+            notes=tuple(map(Message.of_row, row.get("notes", ()))),
+            **{name: Message.of_row(row[name]) for name in _SAID if name in row},
+        )
+
+
+@dataclass(frozen=True)
 class CheckResult:
     """One check, judged; points in hundredths. Its sentences are in the language of the run."""
 
@@ -86,6 +120,7 @@ class CheckResult:
     images: Mapping[str, bytes] = field(default_factory=dict)  # PNG by role
     places: str = ""  # where a picture is wrong
     pixel: Pixel | None = None
+    words: Words = field(default_factory=lambda: Words(""))
 
 
 @dataclass(frozen=True)
@@ -113,8 +148,8 @@ class Report:
     checks: tuple[CheckResult, ...]
     exercises: tuple[ExerciseResult, ...]
     graded_at: float  # seconds since the epoch
-    notes: tuple[str, ...] = ()
-    rejected: Mapping[str, str] = field(default_factory=dict)  # files not judged, with why
+    notes: tuple[Message, ...] = ()
+    rejected: Mapping[str, Message] = field(default_factory=dict)  # files not judged, with why
     opened: tuple[int, ...] = ()  # TPs
     unjudged: tuple[int, ...] = ()  # TPs that have no checks yet
     isolation: str = ""

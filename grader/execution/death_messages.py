@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import replace
 
 from grader.course.message import Message
 from grader.course.texts import Texts, sentences
@@ -51,7 +52,7 @@ def message(death: Death, call: str) -> Message:
         "function": death.function,
         "code": death.code,
         "seconds": death.seconds,
-        "detail": death.text.strip()[:300],
+        "detail": death.text.strip()[:300] if death.cause is Cause.LOAD else "",
         "word": death.word.removeprefix(_RUNTIME),
         "bytes": int(refused[1], 16) if refused else 0,
         "again": _again(death),
@@ -65,11 +66,16 @@ def message(death: Death, call: str) -> Message:
 
 def told(what: Message, location: str, texts: Texts) -> str:
     """Return the sentence of a verdict, with the place ("file:line" or "") where code has died."""
-    values = {"place": _place(what, location, texts), **what.values}
+    return texts.told(placed(what, location))
+
+
+def placed(what: Message, location: str) -> Message:
+    """Return a verdict that says the place ("file:line" or "") where code has died."""
+    values = {"place": tuple(_place(what, location)), **what.values}
+    values.pop("calls", None)
     if values.get("call") == "":
-        values["call"] = texts.say("death.loading")
-    sentences = [Message(what.key, values), *what.then]
-    return " ".join(texts.say(each.key, **each.values) for each in sentences)
+        values["call"] = Message("death.loading")
+    return replace(what, values=values)
 
 
 def question(what: Message | None, texts: Texts, level: int = 1) -> str:
@@ -133,19 +139,17 @@ def _again(death: Death) -> str:
     return name if often >= RECURSION else ""
 
 
-def _place(what: Message, location: str, texts: Texts) -> str:
-    """Return where the code was, as the end of a sentence; "" when not known."""
+def _place(what: Message, location: str) -> Iterator[Message]:
+    """Yield where the code was, the parts of the end of a sentence; none when not known."""
     if not location:
-        return ""
+        return
     calls = what.values.get("calls", ((what.values.get("function"), location),))
     assert isinstance(calls, Sequence)
     (function, where), *callers = calls
     key = "death.place_in" if function else "death.place"
-    places = [texts.say(key, location=where, function=function)]
-    last = function
-    for name, line in callers:
-        if name != last and len(places) <= MAX_CALLERS:
-            same = line.removeprefix(f"{where.partition(':')[0]}:")
-            places.append(texts.say("death.called_by", function=name, line=same))
-        last = name
-    return "".join(places)
+    yield Message(key, {"location": where, "function": function})
+    # One that calls itself is named once.
+    others = [each for each, (last, _) in zip(callers, calls, strict=False) if each[0] != last]
+    for name, line in others[:MAX_CALLERS]:
+        same = line.removeprefix(f"{where.partition(':')[0]}:")
+        yield Message("death.called_by", {"function": name, "line": same})

@@ -15,6 +15,7 @@ import grader
 from grader.build import diagnostics
 from grader.build.diagnostics import Diagnostic
 from grader.build.records import BuildResult, BuildStatus
+from grader.checking import reproducer
 from grader.course import exercises as manifest
 from grader.course.message import Message
 from grader.course.texts import Texts
@@ -25,7 +26,7 @@ from grader.intake.records import Source, Submission
 
 Row = Mapping[str, Any]  # a part of results.json
 
-SCHEMA = 1
+SCHEMA = 2  # 1 had sentences alone, without `words`
 MAX_LOG = 20_000  # characters of a compiler's output that are kept
 MAX_ERRORS = 20
 MAX_ERROR_LINES = 12  # source, caret, and a note or two
@@ -47,7 +48,7 @@ def as_json(report: Report, texts: Texts) -> dict[str, Any]:
         "submission": _submission(report.submission),
         "isolation": report.isolation,
         "build": _build(report, texts),
-        "notes": list(report.notes),
+        "notes": list(map(texts.told, report.notes)),
         **_score("score", counted),
         **_score("bonus", bonuses),
         "incomplete": any(each.outcome is Outcome.ERROR for each in report.checks),
@@ -62,7 +63,25 @@ def as_json(report: Report, texts: Texts) -> dict[str, Any]:
         "changes": [],
         "same_files_as": "",
         "history": [],
+        "words": _words(report, texts),
     }
+
+
+def _words(report: Report, texts: Texts) -> dict[str, Any]:
+    """Return the messages of the sentences on the submission as a whole, in their order."""
+    meanings = enumerate(each.meaning() for each in _errors(report))
+    return {
+        "notes": [each.as_row() for each in report.notes],
+        "advice": [each.as_row() for each in _advice(report.builds)],
+        "meanings": {str(place): each.as_row() for place, each in meanings if each},
+        "rejected": {name: each.as_row() for name, each in report.rejected.items()},
+        "expected": texts.get(reproducer.EXPECTED),
+    }
+
+
+def _errors(report: Report) -> list[Diagnostic]:
+    logs = [each.log for each in report.builds if each.log]
+    return diagnostics.errors("".join(logs[:1]))[:MAX_ERRORS]
 
 
 def _in_order(checks: Sequence[CheckResult]) -> list[CheckResult]:
@@ -107,16 +126,15 @@ def _text(path: str) -> str:
 def _build(report: Report, texts: Texts) -> dict[str, Any]:
     built = all(each.status is BuildStatus.BUILT for each in report.builds)
     logs = [each.log for each in report.builds if each.log]
-    errors = diagnostics.errors("".join(logs[:1]))
     # Each size warns of the same lines.
     warnings = {warning: None for each in report.builds for warning in _warnings(each)}
     return {
         "ok": built and not report.rejected,
         "warnings": list(warnings),
-        "advice": [texts.say(each.key, **each.values) for each in _advice(report.builds)],
+        "advice": list(map(texts.told, _advice(report.builds))),
         "log": logs[0][:MAX_LOG] if logs else "",
-        "errors": [_error(each, texts) for each in errors[:MAX_ERRORS]],
-        "rejected": dict(report.rejected),
+        "errors": [_error(each, texts) for each in _errors(report)],
+        "rejected": {name: texts.told(each) for name, each in report.rejected.items()},
         "cxx": list(report.builds[0].cxx),
         "linker": report.builds[0].linker[:MAX_LOG],
     }
@@ -144,7 +162,7 @@ def _error(error: Diagnostic, texts: Texts) -> dict[str, Any]:
         "file": error.file,
         "line": error.line,
         "lines": list(error.lines[:MAX_ERROR_LINES]),
-        "meaning": texts.say(meaning.key, **meaning.values) if meaning else "",
+        "meaning": texts.told(meaning) if meaning else "",
     }
 
 
@@ -210,8 +228,9 @@ def _exercise(result: ExerciseResult, checks: Sequence[CheckResult]) -> dict[str
     }
 
 
-def _hints(result: CheckResult) -> list[dict[str, Any]]:
-    return [{"level": level, "text": text} for level, text in result.hints.items()]
+def hint_rows(hints: Mapping[int, str]) -> list[dict[str, Any]]:
+    """Return hints by their level as JSON has them."""
+    return [{"level": level, "text": text} for level, text in hints.items()]
 
 
 def image_name(result: CheckResult, role: str) -> str:
@@ -246,7 +265,6 @@ def _check(result: CheckResult, files: Mapping[str, bytes]) -> dict[str, Any]:
         "max_points": result.max_points / 100,
         "message": result.message,
         "hint": result.hint,
-        **({"hints": _hints(result)} if result.hints else {}),
         "note": result.note,
         "waits_for": list(result.waits_for),
         "location": result.location,
@@ -255,7 +273,9 @@ def _check(result: CheckResult, files: Mapping[str, bytes]) -> dict[str, Any]:
         "mistakes": list(result.mistakes),
         "reproducer": result.reproducer,
         "images": {role: image_name(result, role) for role in result.images},
+        "seconds": round(result.seconds, 3),
+        "words": result.words.as_row(),
+        **({"hints": hint_rows(result.hints)} if result.hints else {}),
         **({"places": result.places} if result.places else {}),
         **({"pixel": asdict(result.pixel)} if result.pixel else {}),
-        "seconds": round(result.seconds, 3),
     }

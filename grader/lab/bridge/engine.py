@@ -234,7 +234,7 @@ class Engine:
 
     def _tell(self, submission: Submission, result: BuildResult) -> None:
         """Say what is odd about the files as a whole, once."""
-        said = tuple(remarks.notes(submission, [result], True, texts()))
+        said = tuple(map(texts().told, remarks.notes(submission, [result], True)))
         if said != self._said:
             self._said = said
             for each in said:

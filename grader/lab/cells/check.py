@@ -84,11 +84,7 @@ class Judge:
         except (BindError, MachineError, PytestError) as error:
             self.close()
             raise Stopped(error_cards.sentence("machine.failed", detail=error)) from None
-        rejected = {
-            name: texts().say(message.key, **message.values)
-            for name, message in libraries.rejected.items()
-        }
-        checks, results = grade(findings, rules, texts(), rejected=rejected)
+        checks, results = grade(findings, rules, texts(), rejected=libraries.rejected)
         result = next(each for each in results if each.id == exercise.id)
         own = tuple(each for each in checks if each.exercise == exercise.id)
         self.done[exercise.id] = judged = Judged(result, own, not only)

@@ -1,8 +1,7 @@
 """report.html: results.json as one page that needs nothing else, for any browser. Reads JSON only.
 
-`python -m grader.report.page FOLDER` makes it again from the results.json of a folder. The
-templates are pieces that other pages can be made of: `base.html` is the frame,
-`pieces.html` has the parts.
+The templates are pieces that other pages can be made of: `base.html` is the frame, `pieces.html`
+has the parts.
 """
 
 from __future__ import annotations

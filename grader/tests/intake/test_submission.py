@@ -493,7 +493,7 @@ def test_core_c_itself_is_judged_with_the_packed_originals(
     (core / "scene.c").write_bytes(b"#error mine\n")
     read = read_submission(core)
     assert (read.in_place, read.changed) == (True, ("scene.c",))
-    assert "make restore" in "".join(notes(read, [BUILT], sanitized=True, texts=Texts("fr")))
+    assert "make restore" in "".join(map(Texts("fr").told, notes(read, [BUILT], sanitized=True)))
     assert originals.read(in_place=True)["scene.c"] != b"#error mine\n"
     assert originals.read(in_place=False)["scene.c"] == b"#error mine\n"
     monkeypatch.setattr(originals, "REFERENCE", tmp_path / "absent")

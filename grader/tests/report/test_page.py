@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import re
-import subprocess
-import sys
 from collections.abc import Callable
 from html.parser import HTMLParser
 from itertools import pairwise
@@ -14,9 +11,8 @@ from typing import Any
 
 import pytest
 
-from grader.course.exercises import ROOT
 from grader.course.texts import LANGUAGES, Texts
-from grader.report import page, results
+from grader.report import page
 from grader.report.page import markup
 from grader.tests.support.reports import HOSTILE, PNG, every_outcome
 
@@ -221,26 +217,6 @@ def test_files_history_and_changes_are_told(whole: Make) -> None:
     assert text.index("9,5\u00a0/\u00a0100") < text.index("1,5\u00a0/\u00a0100")
     assert "rendu/\ufffd/main.c" in text
     assert "Évaluations précédentes" not in whole()
-
-
-def test_the_page_is_made_again_from_the_results(tmp_path: Path) -> None:
-    """Without any C; a folder without results is named with the cure."""
-    results.write(tmp_path / "results.json", every_outcome("en", tmp_path))
-    command = [sys.executable, "-m", "grader.report.page", str(tmp_path)]
-
-    def run() -> subprocess.CompletedProcess[str]:
-        return subprocess.run(
-            command, cwd=ROOT, capture_output=True, text=True, timeout=60, check=False
-        )
-
-    assert (run().returncode, run().stderr) == (0, "")
-    content = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))
-    html = (tmp_path / page.NAME).read_text(encoding="utf-8")
-    assert html == page.render(content, tmp_path)
-    (tmp_path / "results.json").write_text("{", encoding="utf-8")
-    failed = run()
-    assert failed.returncode == 2
-    assert re.search(r"results\.json: .*make grade", failed.stderr)
 
 
 def test_the_page_is_the_same_without_kept_templates(
