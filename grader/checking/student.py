@@ -37,6 +37,7 @@ SIZES = sizes.DRAWN
 UNIT_LIMITS = Limits(cpu=2.0)
 PICTURE_SIZE = sizes.PICTURE
 PICTURE_LIMITS = Limits(cpu=10.0)
+SMOOTH_LIMITS = Limits(cpu=20.0)  # many rays a pixel: on a busy machine, built with -O0
 _LOADING = ""  # in the place of a function's name
 
 
@@ -132,7 +133,8 @@ class Student:
         """
         self.has_inputs = True
         text = ", ".join([f"scene {scene}", *(f"{key} = {each}" for key, each in settings.items())])
-        with self.stage(PICTURE_LIMITS, texels, **settings) as (session, core):
+        limits = SMOOTH_LIMITS if settings.get("samples", 1) > 1 else PICTURE_LIMITS
+        with self.stage(limits, texels, **settings) as (session, core):
 
             def draw() -> None:
                 if begin:

@@ -18,6 +18,7 @@ WHOLE = {
         return vector_add(direct_light(&it, v), mirror_color(r, &it));"""
 }
 SWITCHES = {"if (options.fresnel)": "if (true)", "if (options.shadows && ": "if ("}
+SOONER = {"r->depth > options.max_depth": "r->depth >= options.max_depth"}
 CONSTANTS = {"options.max_depth": "10", "options.epsilon": "EPSILON"}
 
 
@@ -38,8 +39,8 @@ def lost(changes: Mapping[str, str], cache: Path) -> dict[str, str]:
 
 @pytest.mark.parametrize(
     "changes",
-    [SWITCHES, {**WHOLE, **CONSTANTS}, {**WHOLE, **SWITCHES}],
-    ids=["switches", "whole", "both"],
+    [SWITCHES, {**WHOLE, **CONSTANTS}, {**WHOLE, **SWITCHES}, {**WHOLE, **SOONER}],
+    ids=["switches", "whole", "both", "sooner"],
 )
 def test_ignored_options_cost_no_point(
     changes: Mapping[str, str], cache: Path, monkeypatch: pytest.MonkeyPatch

@@ -8,6 +8,7 @@ from functools import partial
 
 import numpy as np
 
+from grader.authoring.expected.vectors.bounces import clear
 from grader.authoring.expected.vectors.maker import Maker, Question, Recipe, floats, norm1
 from grader.authoring.expected.vectors.scenes import cloud
 from grader.authoring.expected.vectors.tp2 import COLOR, COLOR_REASON, EXACT_ENOUGH
@@ -149,7 +150,7 @@ def _by_either(make: Callable[[Maker], list[Batch]], m: Maker) -> list[Question]
             for each in (*plain.variants, on.batch, *on.variants)
             if each.globals["options"]["reflections"] or not each.globals["options"]["shading"]
         ]
-        made.append(Question(plain.batch, tuple(later)))
+        made.append(clear(m, Question(plain.batch, tuple(later)), COLOR / 4))
     return made
 
 

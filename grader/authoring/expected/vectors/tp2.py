@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 
 from grader.authoring.expected.vectors import kinds, scenes, solids
+from grader.authoring.expected.vectors.bounces import clear
 from grader.authoring.expected.vectors.maker import (
     Maker,
     Question,
@@ -156,8 +157,15 @@ def _traced() -> list[Recipe]:
         "pattern": _patterned,
         "bright": _bright,
     }
-    made = [Recipe(f"trace_ray.{k}", make, COLOR, COLOR_REASON) for k, make in suites.items()]
+    made = [
+        Recipe(f"trace_ray.{k}", partial(_clear, make), COLOR, COLOR_REASON)
+        for k, make in suites.items()
+    ]
     return [*made, Recipe("raytrace", lambda m: [_picture(m)], COLOR, COPIED)]
+
+
+def _clear(make: Callable[[Maker], list[Question]], m: Maker) -> list[Question]:
+    return [clear(m, each, COLOR / 4) for each in make(m)]
 
 
 def _seen(m: Maker) -> list[tuple[Batch, Batch]]:
