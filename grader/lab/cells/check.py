@@ -2,29 +2,21 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Sequence
-from contextlib import ExitStack
-from dataclasses import dataclass
-from pathlib import Path
 
-from grader.build.records import BindError
-from grader.checking.shapes import Size
 from grader.course import exercises as manifest
 from grader.course.exercises import ROOT, Exercise
-from grader.course.message import UserError
-from grader.course.sizes import sizes_for
-from grader.evaluation.grading import grade
-from grader.evaluation.records import CheckResult, ExerciseResult, Outcome, Pixel, PytestError
-from grader.execution.libraries import Libraries
-from grader.execution.worker_process import MachineError
-from grader.files import marks
-from grader.intake.submission import read_submission
-from grader.lab.bridge.saves import SAVES
-from grader.lab.cells import album, record
+from grader.evaluation.records import (
+    CheckResult,
+    ExerciseResult,
+    Outcome,
+    Pixel,
+)
+from grader.lab.cells import record
+from grader.lab.cells.judge import JUDGE, Judged
 from grader.lab.display import error_cards
 from grader.lab.display.card import Shown, capital, card, code, escape, fold, note, stack
-from grader.lab.display.links import core_folder, link, outputs
+from grader.lab.display.links import link
 from grader.lab.display.picture import tag
 from grader.lab.display.stopped import Stopped
 from grader.lab.display.words import say, texts
@@ -42,75 +34,6 @@ SYMBOLS = {
 _CALM = (Outcome.TODO, Outcome.BLOCKED)
 _NOTHING_TO_DO = (Outcome.PASSED, Outcome.BLOCKED)
 HINTS = (2, 3)
-_JUDGING = threading.Lock()  # pytest runs once at a time in a process
-
-
-@dataclass(frozen=True)
-class Judged:
-    """An exercise and its checks, in the language of the notebook."""
-
-    result: ExerciseResult
-    checks: tuple[CheckResult, ...]
-    is_whole: bool = True  # whether all the checks were run
-
-
-class Judge:
-    """What the checks of this notebook share: the builds of the files as they were last saved."""
-
-    def __init__(self) -> None:
-        self.done: dict[str, Judged] = {}  # by exercise, of this session
-        self._key: object = None
-        self._libraries: Libraries | None = None
-        self._stack = ExitStack()
-
-    def judge(self, exercise: Exercise, only: str = "") -> Judged:
-        """Run the checks of an exercise, or one of them; when no other thread does.
-
-        Raises Stopped.
-        """
-        with _JUDGING:
-            return self._judge(exercise, only)
-
-    def _judge(self, exercise: Exercise, only: str) -> Judged:
-        from grader.evaluation.pipeline import run_checks
-
-        try:
-            libraries = self._open(core_folder(), sizes_for(exercise.tp))
-            rules = manifest.load()
-            chosen = [only] if only else [each.id for each in exercise.checks]
-            findings = run_checks(libraries, rules, exercise.tp, chosen)
-        except UserError as error:
-            raise Stopped(error_cards.sentence(error.key, **error.values)) from None
-        except (BindError, MachineError, PytestError) as error:
-            self.close()
-            raise Stopped(error_cards.sentence("machine.failed", detail=error)) from None
-        checks, results = grade(findings, rules, texts(), rejected=libraries.rejected)
-        result = next(each for each in results if each.id == exercise.id)
-        own = tuple(each for each in checks if each.exercise == exercise.id)
-        self.done[exercise.id] = judged = Judged(result, own, not only)
-        if not only:
-            record.keep(result)
-            if result.outcome is Outcome.PASSED:
-                album.keep(exercise, libraries)
-        return judged
-
-    def close(self) -> None:
-        """Forget the builds, and end their workers."""
-        self._stack.close()
-        self._libraries = self._key = None
-
-    def _open(self, folder: Path, sizes: Sequence[Size]) -> Libraries:
-        key = (folder, marks(folder), tuple(sizes))
-        if self._libraries is None or key != self._key:
-            self.close()
-            submission = read_submission(folder)
-            SAVES.note(folder, submission.files)
-            libraries = Libraries(submission, sizes, outputs() / "cache")
-            self._libraries, self._key = self._stack.enter_context(libraries), key
-        return self._libraries
-
-
-JUDGE = Judge()
 
 
 def check(*exercises: str) -> Checked:
@@ -187,10 +110,17 @@ def head(result: ExerciseResult, *, is_whole: bool = True) -> Shown:
         id=result.id,
         function=result.function,
         title=result.title,
-        outcome=texts().say(f"outcome.{result.outcome.value}"),
+        outcome=word(result.outcome, result.points),
         points=_points(result),
     )
     return Shown(f"<b>{escape(line)}</b>", line)
+
+
+def word(outcome: Outcome, points: float) -> str:
+    """Return what became of an exercise; what waits, and has points, is right as far as it goes."""
+    if outcome is Outcome.BLOCKED and points:
+        return say("right_so_far")
+    return texts().say(f"outcome.{outcome.value}")
 
 
 def _points(result: ExerciseResult) -> str:

@@ -13,7 +13,8 @@ from grader.evaluation.rules import DONE_WRONG
 from grader.lab.bridge.engine import Engine, last_engine
 from grader.lab.bridge.saves import SAVES
 from grader.lab.cells import album, record
-from grader.lab.cells.check import JUDGE, SYMBOLS, explained, next_step
+from grader.lab.cells.check import SYMBOLS, explained, next_step, word
+from grader.lab.cells.judge import JUDGE
 from grader.lab.cells.source import coloured, find
 from grader.lab.display.card import Shown, card, code, escape, stack, table
 from grader.lab.display.links import core_folder, link
@@ -38,14 +39,14 @@ def progress() -> Shown:
 
 def _row(known: record.Known) -> list[Shown | str]:
     exercise, outcome = known.exercise, known.outcome
-    word = f"{SYMBOLS[outcome]} {texts().say(f'outcome.{outcome.value}')}" if outcome else "-"
+    told = f"{SYMBOLS[outcome]} {word(outcome, known.points)}" if outcome else "-"
     points = texts().number(known.points) if outcome else "-"
     bonus = f" {texts().say('report.bonus')}" if exercise.bonus else ""
     return [
         exercise.id,
         exercise.functions[0],
         exercise.titles[texts().language],
-        word,
+        told,
         f"{points} / {texts().number(exercise.points / 100)}{bonus}",
         say(known.when) if known.when else "",
     ]

@@ -25,6 +25,7 @@ from grader.intake import definitions
 from grader.lab.bridge.core import Core
 from grader.lab.bridge.engine import Engine
 from grader.lab.cells import check
+from grader.lab.cells.judge import Judge, Judged
 from grader.lab.display.card import Shown, card, escape, stack
 from grader.lab.display.picture import Picture
 from grader.lab.display.stopped import Stopped
@@ -67,7 +68,7 @@ class Follower:
     def __post_init__(self) -> None:
         self._said: list[Shown] = []  # by the code while it runs, and of the files
         engine = Engine(self.folder, apart=True, display=self._said.append)
-        self.core, self._judge = Core(engine=engine), check.Judge()
+        self.core, self._judge = Core(engine=engine), Judge()
         self.core.size = self.size
         self.core.options(**self.chosen)
         self._show: Callable[[View], None] = lambda view: None
@@ -155,7 +156,7 @@ def _text(exercise: Exercise, texts: Mapping[str, str]) -> list[str]:
     return [each.text if each else "" for each in found]
 
 
-def _verdict(judged: check.Judged) -> Shown:
+def _verdict(judged: Judged) -> Shown:
     """Return one line on an exercise, and what is wrong first."""
     wrong = [each for each in check.wrong_checks(judged.checks) if each.message]
     told = [Shown(f"<div>{escape(each.message)}</div>", each.message) for each in wrong[:1]]

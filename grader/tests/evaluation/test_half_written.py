@@ -15,7 +15,8 @@ from grader.course.texts import Texts
 from grader.evaluation.pipeline import report_of, run_checks
 from grader.evaluation.records import Outcome, Report
 from grader.execution.libraries import Libraries
-from grader.lab.cells.check import Judged, shown
+from grader.lab.cells.check import shown
+from grader.lab.cells.judge import Judged
 from grader.report import page
 from grader.report.results import as_json
 from grader.report.text import View

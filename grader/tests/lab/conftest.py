@@ -11,7 +11,7 @@ import pytest
 from grader.course.exercises import CORE, ROOT
 from grader.lab import Core
 from grader.lab.bridge import engine
-from grader.lab.cells import check
+from grader.lab.cells.judge import JUDGE
 from grader.tests.support.outputs import outputs
 
 Edit = Callable[[str, str, str], None]
@@ -29,8 +29,8 @@ def folder(tmp_path: Path, cache: Path, monkeypatch: pytest.MonkeyPatch) -> Iter
     monkeypatch.setenv("MRT_LANG", "en")
     engine._latest.clear()  # another test's
     yield place
-    check.JUDGE.close()
-    check.JUDGE.done.clear()
+    JUDGE.close()
+    JUDGE.done.clear()
 
 
 @pytest.fixture
