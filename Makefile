@@ -36,7 +36,7 @@ grade: ## évalue votre code : TP=1, K=fill, HINT=2, SUBMISSION=dossier | grades
 	    $${EXPECTED:+--expected "$$EXPECTED"} $${ANNOTATE:+--annotate "$$ANNOTATE"} --build "$$BUILD"
 
 report: ## refait le rapport sans rien exécuter : MRT_LANG=en, RESULTS=dossier | makes the report again, runs nothing: MRT_LANG=en, RESULTS=folder
-	@$(call PYTHON_OF,grade) && "$$python" -m grader report "$${RESULTS:-$$BUILD/grade}"
+	@$(call PYTHON_OF,grade) && "$$python" -m grader report "$${RESULTS:-$$BUILD/grade}" $${HINT:+--hint "$$HINT"}
 
 watch: ## évalue à chaque enregistrement : TP=1, K=fill | grades at each save: TP=1, K=fill
 	@$(call PYTHON_OF,grade) && "$$python" -m grader watch "$$SUBMISSION" \

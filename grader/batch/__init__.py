@@ -8,6 +8,7 @@ moodle_archive    Moodle's archive, taken apart safely
 discovery         what a folder holds: one candidate for each submission
 contents          what of a candidate can be judged, and what is told of the rest
 tasks             from a candidate to a task
+dependencies      what its result depends on: grading, or its words alone
 names             when two names may be one person's
 roll              the persons of the class, by name, number and folder
 identity          whom a submission is from: claims, and those that are torn

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 from rich.console import Console
 
+from grader.batch.dependencies import WORDING
 from grader.batch.progress import Meter
 from grader.batch.records import Graded, GradedFiles, Settings, Task
 from grader.batch.results_folder import ResultsFolder, StoredResult
@@ -59,11 +60,17 @@ class ClassGrading:
         return (task_of(each.candidate, self.settings) for each in readings)
 
     def _known(self, reading: TaskReader) -> Graded:
-        """Return what is kept of a submission, if it is still so."""
+        """Return what is kept of a submission, if it is still so; in today's words."""
         known = self.results.known(reading.candidate.name) if reading.parts else None
-        if known and known.fresh and known.parts == reading.parts and not self.again:
-            return _graded(reading, known)
-        return Graded(reading.candidate)
+        if not known or not known.fresh or self.again:
+            return Graded(reading.candidate)
+        changed = {each for each in reading.parts if reading.parts[each] != known.parts.get(each)}
+        if changed == {WORDING}:
+            name = reading.candidate.name
+            known = self.results.tell_again(name, known, reading.parts, self.settings)
+        elif changed:
+            return Graded(reading.candidate)
+        return _graded(reading, known)
 
     def _kept(self, bundle: GradedFiles, reading: TaskReader, settled: bool = False) -> Graded:
         """Keep what grading gave; `settled`: the machine's failures count as the submission's."""

@@ -59,7 +59,7 @@ def kept(
 def _of_submission(mark: Mark, known: Graded | None) -> dict[str, str]:
     problem = known.candidate.problem if known else None
     return {
-        **(known.parts if known else {}),
+        **{part: known.parts[part] for part in _RESULT if known and part in known.parts},
         "problem": repr(problem),
         "authors": repr((mark.member.submission, mark.member.unsettled)),
         "error": repr(mark.error),

@@ -25,20 +25,17 @@ import sys
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache, lru_cache
+from functools import lru_cache
 from pathlib import Path
 from typing import IO, Any
 
 from grader.batch import alike_list, fresh_inputs
 from grader.batch.last_run import is_same
-from grader.batch.records import BatchError, GradedFiles, Settings, Task
-from grader.build import toolchain
-from grader.checking import expected_data
-from grader.course import exercises as manifest
-from grader.course import settings as course
-from grader.files import closed_folder, content_key
-from grader.intake import originals
-from grader.report.results import Row, write
+from grader.batch.records import BatchError, GradedFiles, Settings
+from grader.course.texts import Texts
+from grader.files import closed_folder
+from grader.report import again, page
+from grader.report.results import Row, laid_out, write
 
 NAME = "batch.json"
 SCHEMA = 1
@@ -48,8 +45,6 @@ OWN_FILES = (
     *(alike_list.NAME, alike_list.PAGE, NAME),
 )
 OWN_FOLDERS = (STUDENTS, STATE, WORK, fresh_inputs.FOLDER, "moodle")
-# Of the grader, what a result depends on.
-_CODE = (".py", ".toml", ".c", ".html", ".css", ".js", ".zip")
 
 
 @dataclass(frozen=True)
@@ -184,6 +179,21 @@ class ResultsFolder:
                 write(self._state(bundle.name), state)
         return StoredResult(parts, summary, bundle.seconds, bundle.cpu, True, settled)
 
+    def tell_again(
+        self, name: str, known: StoredResult, parts: Mapping[str, str], settings: Settings
+    ) -> StoredResult:
+        """Write a result that is kept in today's words: nothing is graded. Raises BatchError."""
+        folder = self.folder(name)
+        with self.writing(folder):
+            content = json.loads((folder / "results.json").read_text(encoding="utf-8"))
+            told = again.told(content, Texts(settings.language), settings.hint)
+            paths = [path for path in folder.rglob("*") if path.is_file()]
+            files = {path.relative_to(folder).as_posix(): path.read_bytes() for path in paths}
+            files["results.json"] = laid_out(told).encode(errors="replace")
+            files[page.NAME] = page.render(told, folder).encode(errors="replace")
+        bundle = GradedFiles(name, files, known.seconds, known.cpu, incomplete=told["incomplete"])
+        return self.save(bundle, parts, known.settled)
+
     def _replace(self, part: Path, place: Path) -> None:
         if place.exists():
             old = Path(tempfile.mkdtemp(dir=self.work)) / "old"
@@ -253,37 +263,3 @@ def _shared(summary: Mapping[str, Any]) -> dict[str, Any]:
 @lru_cache(maxsize=None, typed=True)
 def _row(*values: object) -> tuple[object, ...]:
     return values
-
-
-def parts_of(task: Task) -> dict[str, str]:
-    """Return the hashes of all that the result of a task depends on, by what they stand for."""
-    # When files were last written changes nothing.
-    around = [task.submission[key] for key in ("missing", "refused", "changed", "converted")]
-    return {
-        "sources": content_key(task.label, sorted(task.files.items()), around),
-        **_common(task.settings),
-    }
-
-
-@cache
-def _common(settings: Settings) -> dict[str, str]:
-    folder = Path(settings.expected) if settings.expected else expected_data.FOLDER
-    data = [*folder.rglob("*.json")]
-    data += Path(settings.fresh).rglob("*.json") if settings.fresh else []
-    own = [path for path in sorted(manifest.PACKAGE.rglob("*")) if path.suffix in _CODE]
-    code = [each for each in own if not _is_beside(each)]
-    code += sorted(originals.REFERENCE.glob("*.[ch]")) if originals.has_solution() else []
-    rules = course.load()
-    grading = (rules.language, rules.dialect, rules.opened, rules.count_closed)
-    asked = (settings.language, settings.isolation, settings.hint, settings.gallery)
-    return {
-        "grader": content_key([each.read_bytes() for each in code], toolchain.find_compiler()),
-        "expected": content_key([each.read_bytes() for each in sorted(data)]),
-        "settings": content_key(grading, asked),
-    }
-
-
-def _is_beside(path: Path) -> bool:
-    """Whether a file of the package has no part in a result, or is counted as a setting."""
-    first = path.relative_to(manifest.PACKAGE).parts[0]
-    return first in ("tests", "authoring", "lab", "batch") or path == course.COURSE

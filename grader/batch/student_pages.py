@@ -9,6 +9,7 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
+from grader.batch.dependencies import WORDING
 from grader.batch.moodle_files import folder_name
 from grader.batch.names import is_folder_of
 from grader.batch.records import Candidate, Graded, Mark
@@ -85,7 +86,8 @@ class Pages:
     def _key(self, folder: Path, marks: Sequence[Mark]) -> str:
         content = (folder / "results.json").read_bytes()
         about = (_names(marks), list(self._late(marks)))
-        return content_key(content, about)
+        wording = self._graded[marks[0].member.submission].parts.get(WORDING)
+        return content_key(content, about, wording)
 
 
 def _names(marks: Sequence[Mark]) -> str:

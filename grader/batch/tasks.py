@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from grader.batch import contents
+from grader.batch.dependencies import parts_of
 from grader.batch.identity import SubmittedWork
 from grader.batch.records import Candidate, Settings, Task
-from grader.batch.results_folder import parts_of
 from grader.batch.roster import read
 from grader.files import content_key
 from grader.intake.records import Source, Submission

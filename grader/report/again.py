@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -47,8 +48,11 @@ def read(path: Path) -> dict[str, Any]:
     return dict(content)
 
 
-def told(content: Row, texts: Texts) -> dict[str, Any]:
-    """Return the content of results.json with the sentences of a language, as it is now."""
+def told(content: Row, texts: Texts, hint: int = 0) -> dict[str, Any]:
+    """Return the content of results.json with the sentences of a language, as it is now.
+
+    `hint` is the level of help; 0: the one that it had.
+    """
     words = content.get("words", {})
     said = {"words": {**words, "expected": texts.get(reproducer.EXPECTED)}} if words else {}
     return {
@@ -58,7 +62,7 @@ def told(content: Row, texts: Texts) -> dict[str, Any]:
         "build": _build(content["build"], words, texts),
         "notes": _sentences(content["notes"], words.get("notes", ()), texts),
         "exercises": [{**each, "title": _title(each, texts)} for each in content["exercises"]],
-        "checks": [_check(each, words, texts) for each in content["checks"]],
+        "checks": [_check(each, words, texts, hint) for each in content["checks"]],
     }
 
 
@@ -104,11 +108,13 @@ def _title(exercise: Row, texts: Texts) -> str:
     )
 
 
-def _check(check: Row, common: Row, texts: Texts) -> dict[str, Any]:
+def _check(check: Row, common: Row, texts: Texts, level: int) -> dict[str, Any]:
     program = reproducer.told_again(check["reproducer"], common.get("expected", ""), texts)
     words = _or(None, lambda: Words.of_row(check["words"]))
     if words is None:
         return dict(check)
+    if words.level and level:
+        words = replace(words, level=level)
     told = Wording(check["id"], check["mistakes"], words, texts)
     hint, hints, pixel = _or("", told.hint), _or(_NONE, told.hints), check.get("pixel")
     again = {
@@ -118,6 +124,7 @@ def _check(check: Row, common: Row, texts: Texts) -> dict[str, Any]:
         "hint": hint or check["hint"],
         "note": _or(check["note"], told.note),
         "reproducer": program,
+        "words": {**check["words"], **({"level": words.level} if words.level else {})},
         "hints": results.hint_rows(hints) if hint else check.get("hints"),
         "places": _or(check.get("places"), told.places),
         "pixel": {**pixel, "told": _or(pixel["told"], told.pixel)} if pixel else None,

@@ -168,10 +168,10 @@ def _error(error: Diagnostic, texts: Texts) -> dict[str, Any]:
 
 def write(path: Path, content: dict[str, Any]) -> None:
     """Write results.json whole. Raises OSError."""
-    write_whole(path, _laid_out(content))
+    write_whole(path, laid_out(content))
 
 
-def _laid_out(content: Row) -> str:
+def laid_out(content: Row) -> str:
     """Return JSON with a line for each entry, and for each item of its lists.
 
     json's own indentation is written in Python, and takes ten times as long.
