@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from grader.checking.comparison import MATERIAL, differs
+from grader.checking.comparison import differs
 from grader.checking.expected_data import Array, Batch
 from grader.checking.observations import Observations
 from grader.checking.student import Bench, CallDied, Student, Wrong
@@ -70,24 +70,32 @@ def met_alone(bench: Bench, batch: Batch, given: Array) -> Alone:
     return Alone(rays, hits, count, sound, kept)
 
 
-def check_material(student: Student, suite: str) -> None:
-    """Look for the whole material of what is hit."""
-    check_answers(student, suite, *(f"it.mat.{name}" for name in MATERIAL))
-
-
 def check_results(student: Student, *suites: str) -> None:
     """Compare what the calls of suites return."""
     for suite in suites:
         check_answers(student, suite, "result")
 
 
-def check_stages(student: Student, suite: str, *, empty: bool = False) -> None:
-    """Compare what the calls of a suite return, at its stage; or else with all the features on.
+def check_stages(student: Student, *suites: str) -> None:
+    """Compare what the calls of suites return, at their stage; or else with all the features on.
 
     Who does without the options, as the handout allows, gives the answers of the last stage always.
-    In an `empty` scene nothing that is called looks at them: there, an answer that changes with
-    Fresnel comes from code that does look, and it has to be right without.
     """
+    for suite in suites:
+        _check_stages(student, suite, empty=False)
+
+
+def check_stages_of_sky(student: Student, *suites: str) -> None:
+    """Compare what the calls of suites return where the scene is empty, at its stage or the last.
+
+    Nothing that is called there looks at the options: an answer that changes with Fresnel comes
+    from code that does look, and it has to be right without.
+    """
+    for suite in suites:
+        _check_stages(student, suite, empty=True)
+
+
+def _check_stages(student: Student, suite: str, *, empty: bool) -> None:
     try:
         check_answers(student, suite, "result")
     except Wrong as first:

@@ -28,10 +28,10 @@ def check_meets(student: Student, suite: str) -> None:
         expect_computed(trial)
 
 
-def check_missed(student: Student, function: str, name: str) -> None:
+def check_missed(student: Student, suite: str) -> None:
     """Look whether rays that must miss do; it counts for a function that finds hits as well."""
-    expect_work(student, function)
-    for trial in student.trials(f"{function}.{name}"):
+    expect_work(student, suite)
+    for trial in student.trials(suite):
         trial.expect("result")
 
 
@@ -52,11 +52,29 @@ def check_position(student: Student, suite: str) -> None:
         trial.expect("it.position", where=found)
 
 
+def check_distance_and_position(student: Student, suite: str) -> None:
+    """Compare the t of the hits, and the points."""
+    check_distance(student, suite)
+    check_position(student, suite)
+
+
 def check_normal(student: Student, suite: str) -> None:
     """Compare the normals of the hits."""
     for trial in student.trials(suite):
         expect_computed(trial)
         trial.expect("it.normal", where=met(trial))
+
+
+def check_sphere_normal(student: Student, suite: str) -> None:
+    """Compare the normals with those of the right points, or of the submission's own."""
+    for trial in student.trials(suite):
+        expect_computed(trial)
+        found, centre = met(trial), trial.batch.args["obj"]["center"]
+        own = unit(trial.got("it.position") - centre).astype(np.float32)
+        with contextlib.suppress(Wrong):
+            judged_by(trial.aside(), "it.normal", own).expect("it.normal", where=found)
+            continue
+        trial.expect("it.normal", where=found)
 
 
 def check_material(student: Student, suite: str) -> None:
@@ -114,6 +132,12 @@ def check_scaled(student: Student, suite: str) -> None:
     )
 
 
+def check_range_and_scale(student: Student, ranges: str, scaled: str) -> None:
+    """Compare which rays hit by their range, and what t is where directions are not unit."""
+    check_range(student, ranges)
+    check_scaled(student, scaled)
+
+
 def check_only(student: Student, *suites: str) -> None:
     """Look whether a hit changes nothing of the ray but tmax."""
     for trial in (each for suite in suites for each in student.trials(suite)):
@@ -123,24 +147,24 @@ def check_only(student: Student, *suites: str) -> None:
         replace(trial, batch=kept).expect(*(f"r.{name}" for name in KEPT), where=met(trial))
 
 
-def check_refusals(student: Student, function: str, *names: str) -> None:
+def check_refusals(student: Student, *suites: str) -> None:
     """Look at the calls that must return false: where they do, they change nothing.
 
     Those that return true are another check's question; but some must be refused.
     """
-    expect_work(student, function)
-    for name in names:
-        for trial in student.trials(f"{function}.{name}"):
+    expect_work(student, suites[0])
+    for suite in suites:
+        for trial in student.trials(suite):
             refused = trial.refused & ~trial.got("result").astype(bool)
             # Who takes no notice of the range pays for it there.
-            if name != "range" and refused.sum() < FOUND * trial.refused.sum():
+            if not suite.endswith(".range") and refused.sum() < FOUND * trial.refused.sum():
                 trial.expect("result", where=trial.refused)
             trial.expect_kept("r", "it", where=refused)
 
 
-def expect_work(student: Student, function: str) -> None:
-    """Raise Wrong unless the function finds hits, and computes something of them."""
-    for trial in student.trials(f"{function}.front"):
+def expect_work(student: Student, suite: str) -> None:
+    """Raise Wrong unless the function of a suite finds hits, and computes something of them."""
+    for trial in student.trials(f"{suite.partition('.')[0]}.front"):
         expect_computed(trial)
 
 

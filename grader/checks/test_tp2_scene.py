@@ -10,29 +10,14 @@ import pytest
 
 from grader.checking.expected_data import Answer, Array, Batch
 from grader.checking.student import Answers, Bench, Student, Wrong
-from grader.checks import solids
 from grader.checks.common import (
     Alone,
-    check_answers,
     check_last_stage,
-    check_stages,
     met_alone,
     with_options,
 )
 
 # ---- TP2.5: intersect_scene ---------------------------------------------------------------------
-
-
-@pytest.mark.check("tp2.intersect_scene.meets")
-def test_intersect_scene_meets(student: Student) -> None:
-    """Which rays meet an object of the scene, whichever it is."""
-    check_answers(student, "intersect_scene.meets", "result")
-
-
-@pytest.mark.check("tp2.intersect_scene.nearest")
-def test_intersect_scene_nearest(student: Student) -> None:
-    """The nearest object counts, not the first or the last of the list."""
-    check_answers(student, "intersect_scene.nearest", "r.tmax", "it.position", "it.mat.kd")
 
 
 @pytest.mark.check("tp2.intersect_scene.every")
@@ -69,51 +54,7 @@ def scene_by_objects(student: Student) -> Iterator[tuple[Answers, Alone]]:
         yield replace(trial, batch=replace(batch, answers=(own,))), alone
 
 
-@pytest.mark.check("tp2.intersect_scene.range")
-def test_intersect_scene_range(student: Student) -> None:
-    """What lies before tmin or beyond tmax is not met."""
-    check_answers(student, "intersect_scene.range", "result")
-
-
-@pytest.mark.check("tp2.intersect_scene.count")
-def test_intersect_scene_count(student: Student) -> None:
-    """What stands in scene[] from object_count on is not there."""
-    check_answers(student, "intersect_scene.count", "result")
-
-
-@pytest.mark.check("tp2.intersect_scene.nothing")
-def test_intersect_scene_nothing(student: Student) -> None:
-    """When nothing is met, or the scene is empty, nothing changes."""
-    for trial in student.trials("intersect_scene.nothing"):
-        trial.expect("result", where=trial.refused)
-        trial.expect_kept("r", "it", where=trial.refused)
-
-
-@pytest.mark.check("tp2.intersect_scene.only")
-def test_intersect_scene_only(student: Student) -> None:
-    """Of the ray, a hit changes tmax and nothing else."""
-    solids.check_only(student, "intersect_scene.nearest")
-
-
 # ---- TP2.6: trace_ray ---------------------------------------------------------------------------
-
-
-@pytest.mark.check("tp2.trace_ray.object")
-def test_trace_ray_object(student: Student) -> None:
-    """A ray that meets an object has the colour of what is hit."""
-    check_stages(student, "trace_ray.object")
-
-
-@pytest.mark.check("tp2.trace_ray.sky")
-def test_trace_ray_sky(student: Student) -> None:
-    """A ray that meets nothing has the colour of the sky."""
-    check_stages(student, "trace_ray.sky")
-
-
-@pytest.mark.check("tp2.trace_ray.depth")
-def test_trace_ray_depth(student: Student) -> None:
-    """A ray that has bounced more than max_depth times is black."""
-    check_stages(student, "trace_ray.depth")
 
 
 @pytest.mark.check("tp2.trace_ray.lit")
@@ -126,12 +67,6 @@ def test_trace_ray_lit(student: Student) -> None:
 def test_trace_ray_pattern(student: Student) -> None:
     """What is hit is asked of nearest_hit, which knows patterns and the octree."""
     check_glue(student, "trace_ray.pattern")
-
-
-@pytest.mark.check("tp2.trace_ray.bright")
-def test_trace_ray_bright(student: Student) -> None:
-    """Colours are not limited to 1: that is left to whoever writes the picture."""
-    check_stages(student, "trace_ray.bright")
 
 
 def check_glue(student: Student, suite: str) -> None:

@@ -163,12 +163,6 @@ BRIGHT = 100.0  # times as bright as what stays below 1
 # ---- TP3.2: direct_light ------------------------------------------------------------------------
 
 
-@pytest.mark.check("tp3.direct_light.one")
-def test_direct_light_one(student: Student) -> None:
-    """With one light: what shade gives for the unit direction towards it."""
-    check_results(student, "direct_light.one")
-
-
 @pytest.mark.check("tp3.direct_light.sum")
 def test_direct_light_sum(student: Student) -> None:
     """With several lights: the sum of what each gives."""

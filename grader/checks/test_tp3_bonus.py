@@ -18,42 +18,6 @@ POLE = 1e-3
 # ---- TP3.B1: checker_color, TP3.B2: texture_color -----------------------------------------------
 
 
-@pytest.mark.check("tp3.checker_color.positive")
-def test_checker_color_positive(student: Student) -> None:
-    """Cubes of side 1 change colour along x, y and z."""
-    check_results(student, "checker_color.positive")
-
-
-@pytest.mark.check("tp3.checker_color.negative")
-def test_checker_color_negative(student: Student) -> None:
-    """On the negative side the cubes go on changing, without a double one at zero."""
-    check_results(student, "checker_color.negative")
-
-
-@pytest.mark.check("tp3.checker_color.placed")
-def test_checker_color_placed(student: Student) -> None:
-    """The pattern starts at pattern_origin, with cubes of side pattern_size."""
-    check_results(student, "checker_color.placed")
-
-
-@pytest.mark.check("tp3.texture_color.texel")
-def test_texture_color_texel(student: Student) -> None:
-    """Around the unit sphere, each direction has its texel."""
-    check_results(student, "texture_color.texel")
-
-
-@pytest.mark.check("tp3.texture_color.sharp")
-def test_texture_color_sharp(student: Student) -> None:
-    """Everywhere in a texel its colour is the same: it is not blended with its neighbours'."""
-    check_results(student, "texture_color.sharp")
-
-
-@pytest.mark.check("tp3.texture_color.scaled")
-def test_texture_color_scaled(student: Student) -> None:
-    """The sphere may be anywhere and of any size."""
-    check_results(student, "texture_color.scaled")
-
-
 @pytest.mark.check("tp3.texture_color.seam")
 def test_texture_color_seam(student: Student) -> None:
     """At the poles and on the seam, a texel of the image's border is read, none outside it."""

@@ -14,39 +14,6 @@ from grader.checking.student import Bench, Student, Wrong
 from grader.checks import fresnel
 from grader.checks.common import check_results
 
-# ---- TP5.1: reflectance, fresnel_schlick --------------------------------------------------------
-
-
-@pytest.mark.check("tp5.reflectance.any")
-def test_reflectance_any(student: Student) -> None:
-    """Two indices give the reflectance at normal incidence."""
-    check_results(student, "reflectance.any")
-
-
-@pytest.mark.check("tp5.fresnel_schlick.angle")
-def test_fresnel_schlick_angle(student: Student) -> None:
-    """Between the two ends, each channel follows the fifth power."""
-    check_results(student, "fresnel_schlick.angle")
-
-
-@pytest.mark.check("tp5.fresnel_schlick.normal")
-def test_fresnel_schlick_normal(student: Student) -> None:
-    """Seen from above, the coefficient is kr."""
-    check_results(student, "fresnel_schlick.normal")
-
-
-@pytest.mark.check("tp5.fresnel_schlick.grazing")
-def test_fresnel_schlick_grazing(student: Student) -> None:
-    """Seen along the surface, everything is reflected."""
-    check_results(student, "fresnel_schlick.grazing")
-
-
-@pytest.mark.check("tp5.fresnel_schlick.negative")
-def test_fresnel_schlick_negative(student: Student) -> None:
-    """A negative n.v counts as 0."""
-    check_results(student, "fresnel_schlick.negative")
-
-
 # ---- TP5.2: Fresnel in shade and mirror_color ---------------------------------------------------
 
 
@@ -75,12 +42,6 @@ def test_fresnel_use_mirror(student: Student) -> None:
 # Shares of the difference between two colours: what is seen of a sample, and of nothing at all.
 SEEN, SAME = 0.02, 1e-3
 FULL = 0.99  # of a channel: less where a part of the samples is dim
-
-
-@pytest.mark.check("tp5.pixel_color.mean")
-def test_pixel_color_mean(student: Student) -> None:
-    """On an edge, each colour counts for the share of the samples that see it."""
-    check_results(student, "pixel_color.mean")
 
 
 @pytest.mark.check("tp5.pixel_color.spread")

@@ -25,12 +25,27 @@ MANIFEST = PACKAGE / "course" / "exercises.toml"
 EXPECTED = ROOT / "reference" / "expected"  # the course's own expected data
 
 
+_LISTS = {"suites", "compares", "things"}
+_LINE = {*_LISTS, "helper", "picture"}
+_KEYS = {*_LINE, "weight", "function", "twin", "needs", "judges", "waits", "blames", "proven"}
+
 # The ids that todo_note in core_c/scene.c has a byte for.
 _ID = re.compile(r"TP[1-8]\.B?[1-7]")
 
 
 class ManifestError(GraderError):
     """A file of the grader cannot be read, or contradicts itself: not the student's fault."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """How a check looks that has no code of its own: see checks/lines.py."""
+
+    suites: tuple[str, ...] = ()  # of stored calls
+    compares: tuple[str, ...] = ()  # parts of their answers, such as "result", "r.tmax"
+    helper: str = ""  # a function of checks/ that looks at them, such as "solids.check_meets"
+    picture: str = ""  # such as "scene4.shadows"
+    things: tuple[str, ...] = ()  # of the picture, that alone count
 
 
 @dataclass(frozen=True)
@@ -47,6 +62,7 @@ class Check:
     waits: tuple[str, ...] = ()  # bonuses and later exercises that it cannot be judged without
     blames: tuple[str, ...] = ()  # later exercises among them: waited for when wrong, not as stubs
     proven: Mapping[str, str] = field(default_factory=dict)  # by function: the check that tells
+    line: Line | None = None  # None: its test stands in checks/
 
     @property
     def is_picture(self) -> bool:
@@ -188,10 +204,28 @@ def _exercise(row: dict[str, Any]) -> Exercise:
                 tuple(rule.get("waits", ())),
                 tuple(rule.get("blames", ())),
                 dict(rule.get("proven", {})),
+                _line(name, rule),
             )
             for (name, rule), share in zip(rules.items(), points, strict=True)
         ),
     )
+
+
+def _line(check: str, rule: Mapping[str, Any]) -> Line | None:
+    """Return how a check looks; None when it has code. Raises ValueError."""
+    if unknown := sorted(set(rule) - _KEYS):
+        raise ValueError(f"{check} has an unknown key, {unknown[0]}")
+    ways = [name for name in ("compares", "helper", "picture") if name in rule]
+    if len(ways) > 1:
+        raise ValueError(f"{check} has {' and '.join(ways)}: keep one")
+    if bool(rule.get("suites")) != (ways in (["compares"], ["helper"])):
+        raise ValueError(f"{check}: suites go with compares or helper")
+    own: dict[str, Any] = {name: rule[name] for name in _LINE if name in rule}
+    for name in _LISTS & own.keys():
+        if not isinstance(own[name], list):
+            raise ValueError(f"{check}: {name} is a list")
+        own[name] = tuple(own[name])
+    return Line(**own) if own else None
 
 
 def _called(check: str, functions: list[str]) -> str:

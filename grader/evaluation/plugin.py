@@ -11,6 +11,7 @@ import os
 import time
 from collections.abc import Collection, Generator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -131,7 +132,8 @@ class GraderPlugin:
             self._libraries.prepare_plain(pictures)
         for exercise in counting:
             self._libraries.prepare_counted(self._rules.exercise(exercise).file)
-        items[:] = [self._items[name] for name in self.ahead.order([*self._items])]
+        in_order = [name for name in checks if name in self._items]
+        items[:] = [self._items[name] for name in self.ahead.order(in_order)]
 
     def _is_chosen(self, check: str) -> bool:
         return self._chosen is None or check in self._chosen
@@ -212,7 +214,8 @@ class GraderPlugin:
 
     def _raised(self, item: pytest.Function) -> Exception | None:
         """Run a check; return what it raises."""
-        made = self._attempts.made(item.obj, item.stash[_STUDENT])
+        act = partial(item.obj, **item.callspec.params) if hasattr(item, "callspec") else item.obj
+        made = self._attempts.made(act, item.stash[_STUDENT])
         item.stash[_STUDENT], item.stash[_UNSEEN] = made.student, made.unseen
         return made.error
 

@@ -2,21 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import importlib
+import pkgutil
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from types import ModuleType
 from typing import Any
 
-from grader.authoring.expected.vectors import glass, mirrors, octree, patterns, tp2, tp3, tp4, tp5
+from grader.authoring.expected import vectors
 from grader.authoring.expected.vectors.maker import Recipe, Suite
 from grader.checking.expected_data import Batch, encode
 from grader.execution.session import Library, Limits
 
-PARTS = (tp2, tp3, patterns, tp4, mirrors, octree, tp5, glass)
+
+def parts() -> Iterator[ModuleType]:
+    """Yield the modules of vectors/ that make suites: those with recipes()."""
+    for each in pkgutil.iter_modules(vectors.__path__, f"{vectors.__name__}."):
+        module = importlib.import_module(each.name)
+        if hasattr(module, "recipes"):
+            yield module
 
 
 def recipes() -> list[Recipe]:
-    """Return how every suite is made, in the order of the TPs."""
-    return [each for part in PARTS for each in part.recipes()]
+    """Return how every suite is made."""
+    return [each for part in parts() for each in part.recipes()]
 
 
 def suites(core: Library, seed: int, chosen: Sequence[Recipe] | None = None) -> list[Suite]:

@@ -12,7 +12,8 @@ from pathlib import Path
 from grader.authoring.specimens import patches
 from grader.authoring.specimens.shares import Range, span
 from grader.course import exercises
-from grader.course.exercises import ManifestError, read_toml
+from grader.course.exercises import EXPECTED, ManifestError, read_toml
+from grader.evaluation import recognition
 from grader.intake.originals import REFERENCE
 from grader.intake.records import Submission
 
@@ -26,7 +27,6 @@ class Mistake:
     id: str
     exercise: str
     worth: Range  # the share of its points that a teacher takes off, pictures aside
-    shows: tuple[str, ...]  # ids of the checks that see it
     seen_from: str  # the exercise before which nothing can show it: mostly its own
     twins: tuple[str, ...] = ()  # mistakes that no stored answer tells from this one
     folder: Path = FOLDER
@@ -35,6 +35,13 @@ class Mistake:
     def tp(self) -> int:
         """The TP of its exercise."""
         return exercises.load().exercise(self.exercise).tp
+
+    @property
+    def shows(self) -> tuple[str, ...]:
+        """The checks of its exercise that see it, pictures apart: those that the bank has."""
+        known = recognition.read(EXPECTED).get(self.id)
+        checks = exercises.load().exercise(self.exercise).checks
+        return tuple(each.id for each in checks if known and each.id in known.signature)
 
     def files(self) -> dict[str, str]:
         """Return the reference's files with the mistake in them. Raises PatchError."""
@@ -57,7 +64,6 @@ def load(folder: Path = FOLDER) -> tuple[Mistake, ...]:
                 id=name,
                 exercise=row["exercise"],
                 worth=worth[row["worth"]],
-                shows=tuple(row["shows"]),
                 twins=tuple(row.get("twins", ())),
                 seen_from=row.get("seen_from", row["exercise"]),
                 folder=folder,

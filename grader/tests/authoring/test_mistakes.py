@@ -42,16 +42,13 @@ def test_every_function_has_its_mistakes() -> None:
     assert min(schlick, count["TP5.1"] - schlick) >= 2
 
 
-def test_an_entry_names_checks_of_its_exercise() -> None:
-    """Each mistake shows in a check of its own; the bank holds these, but for the pictures."""
+def test_every_mistake_shows_in_its_exercise() -> None:
+    """Each mistake shows in a check of its own, by the bank."""
     stored = recognition.read(FOLDER)
     assert set(stored) == {each.id for each in KNOWN}
     for each in KNOWN:
-        own = {check.id for check in RULES.exercise(each.exercise).checks}
         assert each.shows, each.id
-        assert set(each.shows) <= own, each.id
-        functions = {name for name in each.shows if not RULES.checks()[name].is_picture}
-        assert set(stored[each.id].signature) == functions, each.id
+        assert set(stored[each.id].signature) == set(each.shows), each.id
 
 
 def test_only_twins_are_alike() -> None:
@@ -110,9 +107,7 @@ PATCH = """\
 def test_a_mistake_is_added_by_a_patch_and_an_entry(tmp_path: Path, cache: Path) -> None:
     """What the patch changes is found by its text, wherever it stands; the bank then knows it."""
     (tmp_path / "white.patch").write_text(PATCH, encoding="utf-8")
-    checks = ", ".join(f'"tp1.fill_color.{name}"' for name in ("color", "every_pixel", "as_it_is"))
-    entry = f'[mistake.white]\nexercise = "TP1.2"\nworth = "all"\nshows = [{checks}]\n'
-    entry = f"[worth]\nall = [0.4, 1]\n{entry}"
+    entry = '[worth]\nall = [0.4, 1]\n[mistake.white]\nexercise = "TP1.2"\nworth = "all"\n'
     (tmp_path / "mistakes.toml").write_text(entry, encoding="utf-8")
     (white,) = mistakes.load(tmp_path)
     assert (white.tp, white.exercise) == (1, "TP1.2")
@@ -120,7 +115,8 @@ def test_a_mistake_is_added_by_a_patch_and_an_entry(tmp_path: Path, cache: Path)
     text = before["main.c"].replace("img[k] = c;", "img[k] = vector_init(1.f, 1.f, 1.f);")
     assert after == {**before, "main.c": text}
     known = mistake_bank.answers(white, FOLDER, cache)
-    assert set(known.signature) == set(white.shows)
+    names = ("color", "every_pixel", "as_it_is")
+    assert set(known.signature) == {f"tp1.fill_color.{name}" for name in names}
     others = recognition.read(FOLDER).values()
     assert not any(recognition.same(known.signature, each.signature) for each in others)
 

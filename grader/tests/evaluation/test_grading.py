@@ -306,7 +306,7 @@ def test_an_id_that_has_no_marker_is_refused(tmp_path: Path, name: str) -> None:
 def checks_in_the_tests() -> dict[str, str]:
     """Return the first line of each check's docstring, by the id of its marker."""
     found: dict[str, str] = {}
-    for path in (exercises.PACKAGE / "checks").glob("test_*.py"):
+    for path in (exercises.PACKAGE / "checks").glob("test_tp*.py"):
         for node in ast.parse(path.read_text(encoding="utf-8")).body:
             if isinstance(node, ast.FunctionDef) and node.name.startswith("test_"):
                 (marker,) = node.decorator_list
@@ -319,15 +319,25 @@ def checks_in_the_tests() -> dict[str, str]:
 
 
 def test_manifest_tests_and_sentences_name_the_same_checks() -> None:
-    """Every check has one test, a French title, a question and two hints in both languages."""
-    tests = checks_in_the_tests()
-    assert set(tests) == set(RULES.checks())
+    """Every check has a line or one test, a title, a question and two hints in both languages.
+
+    The English title of a test is its docstring.
+    """
+    tests, known = checks_in_the_tests(), set(RULES.checks())
+    lines = {name for name, each in RULES.checks().items() if each.line}
+    assert set(tests) == known - lines
     assert all(tests.values())
+    assert titles("en") == lines
     french = sentences("fr")
-    assert {key[6:] for key in french if key.startswith("title.")} == set(tests)
-    assert {key[9:] for key in french if key.startswith("question.")} == set(tests)
+    assert titles("fr") == known
+    assert {key[9:] for key in french if key.startswith("question.")} == known
     hints = {key[5:] for key in french if key.startswith("hint.")}
-    assert hints == {f"{each}.{level}" for each in tests for level in (2, 3)}
+    assert hints == {f"{each}.{level}" for each in known for level in (2, 3)}
+
+
+def titles(language: str) -> set[str]:
+    """Return the checks that have a title in a language's messages."""
+    return {key[6:] for key in sentences(language) if key.startswith("title.")}
 
 
 def placeholders(text: str) -> set[str]:
@@ -336,9 +346,10 @@ def placeholders(text: str) -> set[str]:
 
 
 def test_both_languages_say_the_same_things() -> None:
-    """Same keys (titles apart, which are docstrings in English), same values in each."""
-    french = {key: text for key, text in sentences("fr").items() if not key.startswith("title.")}
+    """Same keys (but the titles that are docstrings in English), same values in each."""
     english = sentences("en")
+    docstrings = {f"title.{name}" for name in titles("fr") - titles("en")}
+    french = {key: text for key, text in sentences("fr").items() if key not in docstrings}
     assert set(french) == set(english)
     for key, text in french.items():
         assert placeholders(text) == placeholders(english[key]), key
@@ -375,7 +386,7 @@ def test_every_sentence_is_asked_for_somewhere() -> None:
     words = re.findall(r'"([a-z]+)"', code)
     asked |= {f"refused.{word}" for word in words} & set(sentences("en"))
     # These are completed when running, or have a part of their key before them (grader/lab).
-    sections = r"death|outcome|question|hint|isolation|canary|mistake|history|lab|plot|tp\d"
+    sections = r"death|outcome|title|question|hint|isolation|canary|mistake|history|lab|plot|tp\d"
     sections += "|ask|thing|part|places?|feature|heading|why|class|replay"
     built = re.compile(
         rf"({sections})\.|failure\.(missed|touched|wrong)_pixel|(page|oral)\.(alt|role)_"

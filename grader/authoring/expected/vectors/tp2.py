@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from grader.authoring.expected.vectors import kinds, scenes, solids
+from grader.authoring.expected.vectors import kinds, solids
 from grader.authoring.expected.vectors.bounces import clear
 from grader.authoring.expected.vectors.maker import (
     Maker,
@@ -35,7 +35,7 @@ COPIED = "a colour is copied, or a few float operations away"
 
 def recipes() -> list[Recipe]:
     """Return how the suites of TP2 are made."""
-    return [*_camera(), *_solids(), *scenes.recipes(), *_traced()]
+    return [*_camera(), *_solids(), *_traced()]
 
 
 # ---- The camera ---------------------------------------------------------------------------------
