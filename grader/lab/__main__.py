@@ -33,6 +33,7 @@ SETTINGS: dict[str, dict[str, Any]] = {
     # A C file that was not saved is not the one that is built.
     "@jupyterlab/docmanager-extension/plugin": {"autosaveInterval": 10},
 }
+CLOSED_SECONDS = 1200  # that the kernel of a closed notebook is kept
 SIZES = [0.58, 0.42]  # of the window: notebook, C file
 
 
@@ -71,6 +72,7 @@ def environment(home: Path) -> dict[str, str]:
         "JUPYTERLAB_SETTINGS_DIR": home / "settings",
         "JUPYTERLAB_WORKSPACES_DIR": home / "workspaces",
         "IPYTHONDIR": home / "ipython",
+        "MPLCONFIGDIR": home / "matplotlib",  # its list of fonts, too, is not the home's
         "BUILD": outputs(),
         "PYTHONPATH": ROOT,
     }
@@ -123,6 +125,8 @@ def command(root: Path, workspace: str, quiet: bool) -> list[str]:
         f"--ServerApp.root_dir={root}",
         f"--LabApp.default_url=/lab/workspaces/{workspace}",
         "--LabApp.extension_manager=readonly",
+        # A notebook that was closed: one that is open keeps its kernel, and its variables.
+        f"--MappingKernelManager.cull_idle_timeout={CLOSED_SECONDS}",
         "--ServerApp.answer_yes=True",  # Ctrl+C once is enough: what is open is saved
     ]
     if quiet:

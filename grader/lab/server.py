@@ -17,6 +17,11 @@ from grader.lab.display.words import say
 from grader.setup.folding import put
 
 SECONDS = 0.1  # between two looks for its address
+# What it says of a cause that has a cure: a key of [lab] in messages/.
+CAUSES = {
+    "disk_full": ("No space left on device", "Disk quota exceeded"),
+    "ports_taken": ("no available port could be found", "started because port"),
+}
 LAST_LINES = 5  # of what it said, when it does not start
 
 
@@ -43,8 +48,12 @@ def serve(
     if address or asked:
         _tell("closed")
         return 0 if asked else child.returncode
-    told = log.read_text(encoding="utf-8", errors="replace").splitlines()[-LAST_LINES:]
-    _tell("not_started", path=log, told="\n  ".join(told))
+    said = log.read_text(encoding="utf-8", errors="replace")
+    told = "\n  ".join(said.splitlines()[-LAST_LINES:])
+    _tell("not_started", path=log, told=told)
+    for key, words in CAUSES.items():
+        if any(each in said for each in words):
+            _tell(key)
     return child.returncode or 1
 
 

@@ -33,6 +33,7 @@ from grader.execution.worker_process import (
 from grader.files import Marks, marks
 from grader.intake.records import Submission
 from grader.intake.submission import read_submission
+from grader.lab.bridge.idle import Idle
 from grader.lab.bridge.saves import SAVES
 from grader.lab.display import error_cards
 from grader.lab.display.card import Shown
@@ -93,6 +94,7 @@ class Engine:
         self._stack = ExitStack()
         self._worker: WorkerProcess | None = None
         self._cores: dict[str, runner.Library] = {}  # by library, of this worker
+        self._idle = Idle(self.close)
         if not apart:
             _latest[:] = [weakref.ref(self)]
         atexit.register(self.close)  # the sessions end before their worker
@@ -135,6 +137,7 @@ class Engine:
 
     def stage(self, target: Target) -> OpenSession:
         """Return the session of a target, built and started if need be. Raises Stopped."""
+        self._idle.used()
         self.refresh()
         try:
             with self._telling(""):

@@ -22,6 +22,7 @@ from grader.execution.libraries import Libraries
 from grader.execution.worker_process import MachineError
 from grader.files import marks
 from grader.intake.submission import read_submission
+from grader.lab.bridge.idle import Idle
 from grader.lab.bridge.saves import SAVES
 from grader.lab.cells import album, record
 from grader.lab.display import error_cards
@@ -49,12 +50,14 @@ class Judge:
         self._key: object = None
         self._libraries: Libraries | None = None
         self._stack = ExitStack()
+        self._idle = Idle(self.close)
 
     def judge(self, exercise: Exercise, only: str = "") -> Judged:
         """Run the checks of an exercise, or one of them; when no other thread does.
 
         Raises Stopped.
         """
+        self._idle.used()
         with _JUDGING:
             return self._judge(exercise, only)
 

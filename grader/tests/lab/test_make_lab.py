@@ -6,6 +6,8 @@ import json
 import os
 import shutil
 import signal
+import socket
+import subprocess
 import sys
 from pathlib import Path
 
@@ -36,8 +38,8 @@ def test_nothing_of_the_person_is_touched(tmp_path: Path, monkeypatch: pytest.Mo
     """All of Jupyter's folders are ours; no news, no updates; paths hold from any folder."""
     monkeypatch.setenv("BUILD", "somewhere")
     variables = __main__.environment(tmp_path)
-    for key in ("CONFIG_DIR", "DATA_DIR", "RUNTIME_DIR"):
-        assert variables[f"JUPYTER_{key}"].startswith(str(tmp_path))
+    for key in ("JUPYTER_CONFIG_DIR", "JUPYTER_DATA_DIR", "JUPYTER_RUNTIME_DIR", "MPLCONFIGDIR"):
+        assert variables[key].startswith(str(tmp_path))
     assert variables["BUILD"] == str(ROOT / "somewhere")
     assert variables["PYTHONPATH"] == str(ROOT)
     __main__.write_settings(tmp_path)
@@ -164,6 +166,44 @@ def test_a_lab_that_does_not_start_says_why(
     assert code == 1
     assert f"{tmp_path / 'log'}" in said
     assert said.endswith("\n  no such port\n")
+
+
+@pytest.mark.parametrize(
+    ("said", "cure"),
+    [
+        ("OSError: [Errno 28] No space left on device", "make clean"),
+        ("OSError: [Errno 122] Disk quota exceeded", "make lab BUILD="),
+        ("could not be started because no available port could be found.", "Ctrl+C"),
+    ],
+)
+def test_a_known_cause_has_its_cure(
+    said: str, cure: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A full disk, and ports that are all taken, wherever that stands in what it said."""
+    lines = f"[E] {said}\\n" + "and then more\\n" * 9
+    code, told = served(f"raise SystemExit('{lines}')", tmp_path, capsys)
+    assert code == 1
+    assert cure in " ".join(told.split())
+
+
+def test_ports_that_are_taken_are_told_as_jupyter_says_it(tmp_path: Path) -> None:
+    """JupyterLab itself, asked for a port that is taken and for no other, says those words."""
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        line = __main__.command(tmp_path, "x", True)
+        line += [f"--ServerApp.port={port}", "--ServerApp.port_retries=0", "--ip=127.0.0.1"]
+        done = subprocess.run(
+            line, env=__main__.environment(tmp_path), capture_output=True, text=True, timeout=100
+        )
+    assert done.returncode == 1
+    assert any(each in done.stderr for each in server.CAUSES["ports_taken"])
+
+
+def test_a_closed_notebook_s_kernel_ends(tmp_path: Path) -> None:
+    """JupyterLab is told how long to keep one that nobody looks at; not one that is open."""
+    options = __main__.command(tmp_path, "x", True)
+    assert f"--MappingKernelManager.cull_idle_timeout={__main__.CLOSED_SECONDS}" in options
+    assert not any("cull_connected" in each for each in options)
 
 
 def test_a_lab_that_is_stopped_at_once_is_no_failure(

@@ -12,6 +12,7 @@ import pytest
 from grader.authoring.workbook import pages
 from grader.authoring.workbook.notebooks import LANGUAGES, NOTEBOOKS
 from grader.course.exercises import CORE, ROOT
+from grader.tests.support.notebooks import checks, shown
 from grader.tests.support.outputs import outputs
 from grader.tests.support.sampling import sampled
 
@@ -35,34 +36,9 @@ def finished(
     return pages.execute(NOTEBOOKS / f"{request.param}.ipynb", REFERENCE, build)
 
 
-def shown(notebook: Any) -> list[tuple[str, str]]:
-    """Return the source of each cell that was run, and all that it shows as text."""
-    return [
-        (each.source, "\n".join(map(text_of, each.outputs)))
-        for each in notebook.cells
-        if each.cell_type == "code"
-    ]
-
-
 def texts_of(notebook: Any) -> list[str]:
     """Return the text cells of a notebook."""
     return [each.source for each in notebook.cells if each.cell_type == "markdown"]
-
-
-def text_of(output: Any) -> str:
-    """Return an output as text; that of an error tells its name."""
-    if output.output_type == "error":
-        return f"ERROR {output.ename}"
-    return str(output.get("text") or output.data.get("text/plain", ""))
-
-
-def checks(notebook: Any) -> dict[str, str]:
-    """Return what each check cell says, by exercise."""
-    found = {}
-    for source, text in shown(notebook):
-        if match := re.fullmatch(r'check\("(\S+)"\)', source):
-            found[match[1]] = text
-    return found
 
 
 @pytest.mark.parametrize("name", NOT_BEGUN)
