@@ -100,8 +100,7 @@ def fingerprint(mistake: Mistake, suites: Mapping[str, Any]) -> str:
     checks = [each for each in exercise.checks if not each.is_picture]
     about = {*exercise.functions, *(each.subject for each in checks)}
     sums = sorted((k, rules["sha256"]) for k, rules in suites.items() if k.split(".")[0] in about)
-    parts = (sums, [each.id for each in checks], sorted(mistake.files().items()))
-    return content_key(mistake.exercise, *parts)
+    return content_key(mistake.exercise, mistake.written, sums, [each.id for each in checks])
 
 
 if __name__ == "__main__":

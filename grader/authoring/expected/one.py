@@ -10,13 +10,13 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from grader.authoring.expected import mistake_bank
-from grader.authoring.expected.manifest import merge
+from grader.authoring.expected.manifest import merge, write_manifest
 from grader.authoring.expected.pictures import lineup, make
 from grader.authoring.expected.suites import file_of, recipes, suites
 from grader.authoring.specimens import mistakes
 from grader.checking.expected_data import read_manifest
 from grader.checking.pictures import expected_files
-from grader.checking.pictures.plan import JUDGED, SCENES, ExpectedPicture, everything
+from grader.checking.pictures.plan import JUDGED, SCENES, everything
 from grader.course.message import GraderError
 from grader.execution.session import Library
 
@@ -68,13 +68,13 @@ def store_mistake(folder: Path, name: str, cache: Path = mistake_bank.CACHE) -> 
     known = {each.id: each for each in mistakes.load()}
     _expect_known("MISTAKE", name, known)
     mistake_bank.store(folder, cache, lambda each: each.id == name)
-    for picture in pictures_of(known[name]):
-        merge(folder / expected_files.FOLDER, *lineup.files(folder, picture))
-
-
-def pictures_of(mistake: mistakes.Mistake) -> list[ExpectedPicture]:
-    """Return the pictures that checks look at, with which a mistake is kept."""
-    return [each for each in JUDGED if lineup.shows_first(mistake, each)]
+    place = folder / expected_files.FOLDER
+    for picture in JUDGED:
+        if lineup.shows_first(known[name], picture):
+            merge(place, *lineup.files(folder, picture))
+    manifest, now = read_manifest(place), lineup.fingerprints()
+    manifest["mistakes"] |= {name: now[name]} if name in now else {}
+    write_manifest(place, manifest)
 
 
 def _expect_known(what: str, name: str, known: Iterable[str]) -> None:

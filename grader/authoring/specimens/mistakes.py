@@ -5,10 +5,12 @@ Adding one takes a patch, an entry there, and its texts in grader/course/message
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
+from grader.authoring.skeleton.skeleton import find_regions
 from grader.authoring.specimens import patches
 from grader.authoring.specimens.shares import Range, span
 from grader.course import exercises
@@ -43,6 +45,12 @@ class Mistake:
         checks = exercises.load().exercise(self.exercise).checks
         return tuple(each.id for each in checks if known and each.id in known.signature)
 
+    @property
+    def written(self) -> str:
+        """What stands for it: what its patch changes, wherever that stands, and the solution."""
+        patch = (self.folder / f"{self.id}.patch").read_text(encoding="utf-8")
+        return re.sub(r"^@@.*", "@@", patch, flags=re.MULTILINE) + solutions()[self.exercise]
+
     def files(self) -> dict[str, str]:
         """Return the reference's files with the mistake in them. Raises PatchError."""
         return patches.patched(self.folder / f"{self.id}.patch", patches.reference())
@@ -50,6 +58,17 @@ class Mistake:
     def submission(self) -> Submission:
         """Return it as a submission. Raises PatchError."""
         return patches.submission(self.id, self.files())
+
+
+@cache
+def solutions() -> dict[str, str]:
+    """Return what the reference has between the marks of each exercise."""
+    found = {each.id: "" for each in exercises.load().exercises}
+    for name, text in patches.reference().items():
+        lines = text.split("\n")
+        for region in find_regions(REFERENCE / name, lines, found):
+            found[region.exercise] += "\n".join(lines[region.begin : region.end])
+    return found
 
 
 @cache

@@ -150,9 +150,10 @@ def test_other_mistakes_make_the_pictures_drift(
     monkeypatch.setattr(drift, "everything", lambda: ())
     monkeypatch.setattr(drift, "SCENES", ())
     assert drift.check(data) == 0
-    monkeypatch.setattr(lineup, "fingerprint", lambda: "other")
+    now = {**lineup.fingerprints(), "sphere_far_root": "other"}
+    monkeypatch.setattr(lineup, "fingerprints", lambda: now)
     assert drift.check(data) == 1
-    assert "what known mistakes draw has drifted" in capsys.readouterr().out
+    assert "what the known mistake sphere_far_root draws has drifted" in capsys.readouterr().out
 
 
 # ---- What is named -------------------------------------------------------------------------------

@@ -46,8 +46,9 @@ def check(folder: Path) -> int:
     files = {*manifest["files"], "manifest.json"}
     there = {path.name for path in (folder / expected_files.FOLDER).iterdir()}
     drifted = [f"{name}: missing, or not in the manifest" for name in sorted(files ^ there)]
-    if manifest.get("mistakes") != lineup.fingerprint():
-        drifted.append("what known mistakes draw")
+    now, kept = lineup.fingerprints(), manifest.get("mistakes", {})
+    other = sorted(name for name in now.keys() | kept if now.get(name) != kept.get(name))
+    drifted += [f"what the known mistake {name} draws" for name in other]
     with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
         pairs = [(folder, picture) for picture in everything()]
         drifted += [line for each in pool.map(lambda pair: _picture(*pair), pairs) for line in each]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import hashlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -19,8 +18,9 @@ from grader.checking.pictures import expected_files
 from grader.checking.pictures.candidates import encode, name_of
 from grader.checking.pictures.expected_files import Expected
 from grader.checking.pictures.measure import measure, outside
-from grader.checking.pictures.plan import ExpectedPicture, everything
+from grader.checking.pictures.plan import JUDGED, ExpectedPicture
 from grader.checking.shapes import Image
+from grader.files import content_key
 
 # The stages in which the mistakes of a TP show first; those of bonus shapes in their own scenes.
 STAGES: Mapping[int, tuple[str, ...]] = {
@@ -62,8 +62,15 @@ def _is_wrong(got: Image, expected: Expected) -> bool:
     return measure(got, expected.envelope, error).exceeds(expected.limits) > 1
 
 
-def fingerprint() -> str:
-    """Return what stands for the mistakes of which pictures are kept, and what shows of them."""
-    changed = [(each.id, sorted(each.files().items())) for each in mistakes.load() if each.tp > 1]
-    allowed = [[row["limit"] for row in limits(each).values()] for each in everything()]
-    return hashlib.sha256(repr((changed, allowed)).encode()).hexdigest()
+def fingerprints() -> dict[str, str]:
+    """Return what stands for each mistake that pictures are kept of, and for what shows of it."""
+    kept = {each: [one for one in JUDGED if shows_first(each, one)] for each in mistakes.load()}
+    return {
+        mistake.id: content_key(mistake.written, [_allowed(each) for each in pictures])
+        for mistake, pictures in kept.items()
+        if pictures
+    }
+
+
+def _allowed(picture: ExpectedPicture) -> list[float]:
+    return [row["limit"] for row in limits(picture).values()]

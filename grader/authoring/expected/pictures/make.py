@@ -72,7 +72,7 @@ def _write(folder: Path, made: Sequence[tuple[dict[str, bytes], Mapping[str, Any
         "command": "python -m grader.authoring.expected.pictures",
         "size": list(PICTURE_SIZE),
         "compiler": toolchain.find_compiler().version.splitlines()[0],
-        "mistakes": lineup.fingerprint(),
+        "mistakes": lineup.fingerprints(),
         "files": files,
     }
     write_manifest(folder, manifest)
