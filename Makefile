@@ -4,7 +4,7 @@
 # Paths here are relative, and values travel by the environment, so that this works from any folder.
 
 .DEFAULT_GOAL := help
-.PHONY: help grade report watch mrt try debug restore lab submit update release classroom gradescope vpl batch alike purge oral notebooks figures expected calibrate prove skeleton format lint test test-all bench doctor image wheelhouse print-flags clean
+.PHONY: help grade report watch mrt try debug restore lab submit update release classroom gradescope vpl batch alike purge oral notebooks figures expected new calibrate prove skeleton format lint test test-all bench doctor image wheelhouse print-flags clean
 
 SUBMISSION ?= core_c
 SRC ?= core_c
@@ -107,6 +107,11 @@ figures: ## les figures du sujet, dans build/figures/ | the handout's figures, i
 expected: ## refait les données attendues : SEED=7 OUT=dossier ; une seule : SUITE=, PICTURE=, MISTAKE= | makes the expected data again: SEED=7 OUT=folder; one thing of it: SUITE=, PICTURE=, MISTAKE=
 	@$(call PYTHON_OF,grade) && "$$python" -m grader.authoring.expected.command $${SEED:+--seed "$$SEED"} $${OUT:+--out "$$OUT"} \
 	    $${SUITE:+--suite "$$SUITE"} $${PICTURE:+--picture "$$PICTURE"} $${MISTAKE:+--mistake "$$MISTAKE"}
+
+new: ## les fichiers à compléter : EXERCISE=TP3.B3 FUNCTION=, CHECK= SUITE=, MISTAKE= EXERCISE= | stubs of the files to write: EXERCISE=TP3.B3 FUNCTION=, CHECK= SUITE=, MISTAKE= EXERCISE=
+	@$(call PYTHON_OF,grade) && "$$python" -m grader.authoring.new \
+	    $${EXERCISE:+--exercise "$$EXERCISE"} $${FUNCTION:+--function "$$FUNCTION"} $${CHECK:+--check "$$CHECK"} \
+	    $${SUITE:+--suite "$$SUITE"} $${MISTAKE:+--mistake "$$MISTAKE"} $${WORTH:+--worth "$$WORTH"}
 
 calibrate: ## règle les limites des images sur des programmes justes | sets the limits of pictures by right programs
 	@$(call PYTHON_OF,grade) && "$$python" -m grader.authoring.expected.pictures

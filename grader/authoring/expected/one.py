@@ -70,7 +70,7 @@ def store_mistake(folder: Path, name: str, cache: Path = mistake_bank.CACHE) -> 
     mistake_bank.store(folder, cache, lambda each: each.id == name)
     place = folder / expected_files.FOLDER
     for picture in JUDGED:
-        if lineup.shows_first(known[name], picture):
+        if lineup.is_of(folder, known[name], picture):
             merge(place, *lineup.files(folder, picture))
     manifest, now = read_manifest(place), lineup.fingerprints()
     manifest["mistakes"] |= {name: now[name]} if name in now else {}

@@ -40,6 +40,13 @@ class _Hunk:
         if line[:1] != "-":
             self.new.append(line[1:])
 
+    def shorter(self) -> _Hunk:
+        """Return the change with a line less of what stands around it, at either end."""
+        first = int(self.old[:1] == self.new[:1])
+        last = int(self.old[-1:] == self.new[-1:])
+        old, new = (each[first : len(each) - last] for each in (self.old, self.new))
+        return _Hunk(self.file, self.start + first, old, new) if old else self
+
 
 def reference() -> dict[str, str]:
     """Return the reference's files, those that students write, by name."""
@@ -60,12 +67,16 @@ def patched(patch: Path, files: Mapping[str, str]) -> dict[str, str]:
         if hunk.file not in changed:
             raise PatchError(f"{patch.name}: {hunk.file} is no file of students in reference/")
         lines = changed[hunk.file].split("\n")
-        place = _place(hunk, lines)
-        if place is None:
+        # As patch does it: what stands around the change may have changed.
+        for each in (hunk, hunk.shorter(), hunk.shorter().shorter()):
+            place = _place(each, lines)
+            if place is not None:
+                break
+        else:
             raise PatchError(
                 f"{patch.name}: line {hunk.start + 1} of {hunk.file} has changed; make it again"
             )
-        lines[place : place + len(hunk.old)] = hunk.new
+        lines[place : place + len(each.old)] = each.new
         changed[hunk.file] = "\n".join(lines)
     return changed
 

@@ -15,7 +15,7 @@ from grader.authoring.expected.pictures.sources import by_mistake
 from grader.authoring.specimens import mistakes
 from grader.authoring.specimens.mistakes import Mistake
 from grader.checking.pictures import expected_files
-from grader.checking.pictures.candidates import encode, name_of
+from grader.checking.pictures.candidates import encode, name_of, shown_in
 from grader.checking.pictures.expected_files import Expected
 from grader.checking.pictures.measure import measure, outside
 from grader.checking.pictures.plan import JUDGED, ExpectedPicture
@@ -45,14 +45,30 @@ def files(folder: Path, picture: ExpectedPicture) -> tuple[dict[str, bytes], Map
     drawn = {}
     for mistake in mistakes.load():
         if shows_first(mistake, picture):
-            with contextlib.suppress(RenderError):  # of one that crashes there is no picture
-                got = by_mistake(mistake).draw(picture)
-                if _is_wrong(got, expected):
-                    drawn[mistake.id] = got
+            got = _drawn(mistake, expected)
+            if got is not None:
+                drawn[mistake.id] = got
     if not drawn:
         return {}, {}
     right = expected_files.read_png(folder, picture)
     return {name_of(picture.name): encode(drawn, right, expected.envelope)}, {}
+
+
+def is_of(folder: Path, mistake: Mistake, picture: ExpectedPicture) -> bool:
+    """Say whether a mistake is, or should be, in the file of those that show in a picture."""
+    if not shows_first(mistake, picture):
+        return False
+    kept = shown_in(folder, picture.name)
+    return mistake.id in kept or _drawn(mistake, expected_files.read(folder, picture)) is not None
+
+
+def _drawn(mistake: Mistake, expected: Expected) -> Image | None:
+    """Return a mistake's picture; None where it is right, or where there is none."""
+    with contextlib.suppress(RenderError):  # of one that crashes there is no picture
+        got = by_mistake(mistake).draw(expected.picture)
+        if _is_wrong(got, expected):
+            return got
+    return None
 
 
 def _is_wrong(got: Image, expected: Expected) -> bool:

@@ -1,0 +1,231 @@
+"""make new: the files of an exercise, a check and a mistake, tried for real in a copy."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from grader.authoring.new import check, exercise, mistake
+from grader.authoring.new.edits import MARK, NewError
+from grader.authoring.specimens import mistakes
+from grader.course import exercises
+
+ROOT = exercises.ROOT
+RULES = exercises.load()
+DATA = ("reference/expected/", "grader/intake/originals.zip", "core_c/raytracer.c")  # by command
+LEFT = shutil.ignore_patterns("tests", "__pycache__", "independent", "hostile", "*.ipynb", "*.png")
+
+
+class Project:
+    """A copy of the project, and what has changed in it."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        for name in ("core_c", "grader", "reference", "notebooks"):
+            shutil.copytree(ROOT / name, folder / name, ignore=LEFT)
+        self.before = self.contents()
+
+    def contents(self) -> dict[str, bytes]:
+        """Return every file, but for builds."""
+        files = (path for path in self.folder.rglob("*") if path.is_file())
+        found = {str(path.relative_to(self.folder)): path.read_bytes() for path in files}
+        return {name: each for name, each in found.items() if "__pycache__" not in name}
+
+    def run(self, *words: str) -> str:
+        """Run a module of the copy; return what it printed."""
+        command = [sys.executable, "-B", "-m", *words]
+        done = subprocess.run(
+            command, cwd=self.folder, capture_output=True, text=True, timeout=300, check=False
+        )
+        assert done.returncode == 0, done.stdout + done.stderr
+        return done.stdout
+
+    def changed(self) -> tuple[set[str], set[str]]:
+        """Return the files that differ: those written by hand, and those that commands make."""
+        now = self.contents()
+        names = {name for name, each in now.items() if self.before.get(name) != each}
+        names = {name for name in names if not name.startswith("build/")}
+        made = {name for name in names if name.startswith(DATA)}
+        return names - made, made
+
+    def write(self, path: str, *pairs: tuple[str, str]) -> None:
+        """Write what stubs ask for: patterns, and what comes in their place."""
+        text = (self.folder / path).read_text(encoding="utf-8")
+        for pattern, written in pairs:
+            text, count = re.subn(pattern, written, text)
+            assert count, (path, pattern)
+        assert MARK not in text, path
+        (self.folder / path).write_text(text, encoding="utf-8")
+
+    def outcomes(self, folder: str, keyword: str) -> dict[str, str]:
+        """Grade a folder of the copy; return the outcomes of its checks."""
+        self.run("grader", "grade", folder, "-k", keyword, "--build", "build")
+        path = self.folder / "build" / "grade" / "partial" / "results.json"
+        content = json.loads(path.read_text(encoding="utf-8"))
+        return {each["id"]: each["outcome"] for each in content["checks"]}
+
+
+@pytest.fixture
+def project(tmp_path: Path) -> Project:
+    """Return a copy that a test may change."""
+    return Project(tmp_path / "cours")
+
+
+NOTE = rf" # {MARK}.*"
+COMMENTS = "reference/comments/fr/core_c/exercises.h.toml"
+
+
+def write_fog(project: Project) -> None:
+    """Write the exercise whose stubs `make new EXERCISE=TP3.B3 FUNCTION=fog_color` makes."""
+    title, argument = "The share of fog on a way.", "the length of the way, from 0 on"
+    contract = [(rf"{MARK} what fog.*", title), ("x  what it is", f"x  {argument}")]
+    contract.append(("Returns what", "Returns 1 - exp(-x)"))
+    french = (rf"{MARK} le contrat.*'''", "La part de brume.'''")
+    project.write("core_c/exercises.h", *contract)
+    project.write(COMMENTS, *contract, french)
+    project.write(
+        "reference/raytracer.c", (rf"return x \* x; /\* {MARK}.*", "return 1.f - expf(-x);")
+    )
+    project.write(
+        "grader/course/exercises.toml", (NOTE, ""), ('fr = "", en = ""', 'fr = "B", en = "F"')
+    )
+    vectors = "grader/authoring/expected/vectors/fog_color_any.py"
+    project.write(vectors, (rf" +# {MARK}.*\n", ""))
+    for language in ("fr", "en"):
+        messages = f"grader/course/messages/{language}/fog_color.toml"
+        project.write(messages, (NOTE, ""), ('""', '"?"'))
+        project.write(f"notebooks/{language}/TP3.md", (rf"<!-- {MARK}.* -->|{MARK}[^|]*", "... "))
+    rows = "".join(f'\n"{each}" = "says"' for each in (title, f"x {argument}"))
+    project.write("reference/contracts.toml", (NOTE, f'{rows}\n"Returns 1 - exp(-x)." = ["fog"]'))
+
+
+def test_an_exercise_takes_ten_files_and_a_mistake_one(project: Project) -> None:
+    """Written where the stubs say, it is judged; of the data only its own and the index change."""
+    told = project.run("grader.authoring.new", "--exercise", "TP3.B3", "--function", "fog_color")
+    by_hand, _ = project.changed()
+    assert len(by_hand) == 10
+    assert all(name in told for name in by_hand)
+    write_fog(project)
+    for part in ("skeleton", "originals"):
+        project.run(f"grader.authoring.skeleton.{part}")
+    project.run("grader.authoring.expected.command", "--suite", "fog_color.any")
+    data = {"reference/expected/fog_color.any.npz", "reference/expected/manifest.json"}
+    data |= {"core_c/raytracer.c", "grader/intake/originals.zip"}
+    assert project.changed() == (by_hand, data)
+    assert project.outcomes("reference", "fog_color") == {"tp3.fog_color.any": "passed"}
+    assert project.outcomes("core_c", "fog_color") == {"tp3.fog_color.any": "todo"}
+    words = ("--mistake", "fog", "--exercise", "TP3.B3", "--worth", "whole")
+    project.run("grader.authoring.new", *words)
+    project.write("reference/mistakes/fog.patch", (rf"\+ .*{MARK}.*", "+    return x;"))
+    for language in ("fr", "en"):
+        path = f"grader/course/messages/{language}/fog_color.toml"
+        project.write(path, (NOTE, ""), ('""', '"?"'))
+    project.run("grader.authoring.expected.command", "--mistake", "fog")
+    # The list of mistakes has nothing to write: which checks see it is what the bank has.
+    mistaken = {"reference/mistakes/fog.patch", "reference/mistakes/mistakes.toml"}
+    assert project.changed()[0] == by_hand | mistaken
+    # It shows in no picture; the index of these has it all the same.
+    data |= {f"reference/expected/{each}" for each in ("mistakes.npz", "pictures/manifest.json")}
+    assert project.changed()[1] == data
+    project.run("grader.authoring.expected.mistake_bank", "--check")
+
+
+def test_a_check_takes_three_files(project: Project) -> None:
+    """Of a suite that is there; of the data, the bank's mistakes of its exercise change."""
+    name, suite = "tp5.reflectance.again", "reflectance.any"
+    told = project.run("grader.authoring.new", "--check", name, "--suite", suite)
+    by_hand, _ = project.changed()
+    messages = {f"grader/course/messages/{language}/checks.toml" for language in ("fr", "en")}
+    assert by_hand == {"grader/course/exercises.toml", *messages}
+    assert [told.index(each) for each in by_hand]
+    for path in by_hand:
+        project.write(path, (NOTE, ""))
+    project.run("grader.authoring.expected.command", "--suite", suite)
+    data = {f"reference/expected/{each}" for each in ("mistakes.npz", "manifest.json")}
+    assert project.changed() == (by_hand, data)
+    assert project.outcomes("reference", name) == {name: "passed"}
+
+
+def test_a_check_of_a_new_suite_takes_one_file_more() -> None:
+    """A module that makes the suite."""
+    made = check.edits("tp2.intersect_plane.far", "intersect_plane.far", RULES)
+    names = [each.path for each in made]
+    assert len(names) == 4
+    assert "grader/authoring/expected/vectors/intersect_plane_far.py" in names
+    assert all(each.notes() for each in made)
+
+
+def test_a_mistake_stands_behind_those_of_its_exercise() -> None:
+    """In the list and in the sentences; its patch is one of the exercise's solution."""
+    made = mistake.edits("plane_odd", "TP2.3", "idea", RULES, mistakes.load())
+    patch, listed, *said = made
+    assert patch.path == "reference/mistakes/plane_odd.patch"
+    assert patch.notes() == ["the mistake, in the place of right lines"]
+    last = [each.id for each in mistakes.load() if each.exercise == "TP2.3"][-1]
+    for each in (listed, *said):
+        ids = re.findall(r"^\[mistake\.(\w+)\]", each.text, re.M)
+        assert ids[ids.index(last) + 1] == "plane_odd"
+
+
+@pytest.mark.parametrize(
+    ("name", "suite", "told"),
+    [
+        ("tp2.intersect_plane.range", "intersect_plane.range", "there is one already, in"),
+        ("tp2.hit_plane.range2", "intersect_plane.range", "the nearest is intersect_plane"),
+        ("intersect_plane.range", "intersect_plane.range", "an id is like tp2."),
+        ("tp2.intersect_plane.odd", "plane.range", "begins with intersect_plane."),
+        ("tp2.intersect_plane.odd", "", "begins with intersect_plane."),
+    ],
+)
+def test_a_check_that_cannot_be_is_refused(name: str, suite: str, told: str) -> None:
+    """In one line that says what is wrong."""
+    with pytest.raises(NewError, match=told) as error:
+        check.edits(name, suite, RULES)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "function", "told"),
+    [
+        ("TP3.B1", "fog_color", "EXERCISE=TP3.B1: there is one already"),
+        ("TP3.9", "fog_color", "EXERCISE=TP3.9: an id is like"),
+        ("TP3.B3", "", "FUNCTION=: name the function"),
+        ("TP3.B3", "shade", r"FUNCTION=shade: core_c/exercises\.h has one already"),
+        ("TP3.B3", "vector_dot", r"FUNCTION=vector_dot: core_c/vector\.h has one already"),
+    ],
+)
+def test_an_exercise_that_cannot_be_is_refused(name: str, function: str, told: str) -> None:
+    """In one line that says what is wrong."""
+    with pytest.raises(NewError, match=told):
+        exercise.edits(name, function, RULES)
+
+
+@pytest.mark.parametrize(
+    ("name", "own", "worth", "told"),
+    [
+        ("sphere_far_root", "TP2.4", "idea", "there is one already"),
+        ("odd one", "TP2.4", "idea", "an id is like"),
+        ("odd", "", "idea", "EXERCISE=: name the one of the mistake"),
+        ("odd", "TP2.44", "idea", "the nearest is TP2.4"),
+        ("odd", "TP2.4", "much", "WORTH=much: one of edge, idea, whole"),
+    ],
+)
+def test_a_mistake_that_cannot_be_is_refused(name: str, own: str, worth: str, told: str) -> None:
+    """In one line that says what is wrong."""
+    with pytest.raises(NewError, match=told):
+        mistake.edits(name, own, worth, RULES, mistakes.load())
+
+
+def test_nothing_is_left_to_write() -> None:
+    """No stub stays in what students and graders read."""
+    places = ("core_c", "reference", "notebooks", "grader/course", "grader/authoring/expected")
+    kinds = (".c", ".h", ".toml", ".md", ".py", ".patch")
+    paths = (path for place in places for path in (ROOT / place).rglob("*"))
+    left = [path for path in paths if path.suffix in kinds and MARK in path.read_text("utf-8")]
+    assert left == []
