@@ -41,7 +41,7 @@ def render(
     rows = _rows(marks, graded, hidden, texts)
     rows = rows if names else sorted(rows, key=lambda row: str(row["name"]))
     return made.get_template("class.html").render(
-        numbers=statistics.of(marks, graded, scale, texts.language),
+        numbers=statistics.of(marks, graded, scale, texts),
         scale=scale,
         title=_titles(graded, folder),
         failures=[each for each in rows if each["error"]],

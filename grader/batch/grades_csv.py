@@ -84,8 +84,8 @@ def number(value: float | None, texts: Texts) -> str:
 
 def table(header: Sequence[str], rows: Sequence[Sequence[str]], texts: Texts) -> bytes:
     """Return a table as spreadsheets of the language open it."""
-    # A French spreadsheet takes a comma for the decimal sign; the mark of UTF-8 is for Excel.
-    delimiter = ";" if texts.language == "fr" else ","
+    # Where a comma is the decimal sign it parts no cells; the mark of UTF-8 is for Excel.
+    delimiter = ";" if texts.say("language.decimal") == "," else ","
     lines = tuple(range(2, len(rows) + 2))
     cells = tuple(tuple(row) for row in rows)
     return written(Sheet(tuple(header), cells, lines, delimiter, bom=True, newline="\r\n"))

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 from grader.batch.records import Graded, Mark
 from grader.course import exercises as manifest
+from grader.course.texts import Texts
 from grader.evaluation.records import Outcome
 
 HARDEST = 10
@@ -57,7 +58,7 @@ class ClassStatistics:
 
 
 def of(
-    marks: Sequence[Mark], graded: Mapping[str, Graded], scale: float, language: str
+    marks: Sequence[Mark], graded: Mapping[str, Graded], scale: float, texts: Texts
 ) -> ClassStatistics:
     """Return the numbers of a class."""
     values = [each.value for each in marks if each.value is not None and not each.error]
@@ -71,7 +72,7 @@ def of(
         median=statistics.median(values) if values else None,
         deviation=statistics.pstdev(values) if values else None,
         bins=_bins(values, scale),
-        exercises=_exercises([each["exercises"] for each in results], language),
+        exercises=_exercises([each["exercises"] for each in results], texts),
         hardest=_hardest([each["checks"] for each in results]),
         mistakes=mistakes.most_common(MISTAKES),
         crashes=checks[Outcome.CRASHED.value],
@@ -91,7 +92,7 @@ def _bins(values: Sequence[float], scale: float) -> list[int]:
 
 
 def _exercises(
-    results: Sequence[Mapping[str, Sequence[object]]], language: str
+    results: Sequence[Mapping[str, Sequence[object]]], texts: Texts
 ) -> list[ExerciseStatistics]:
     found = []
     for each in manifest.load().exercises:
@@ -102,7 +103,7 @@ def _exercises(
         most = sum(float(str(row[2])) for row in own)
         outcomes = Counter(str(row[0]) for row in own)
         found.append(
-            ExerciseStatistics(each.id, each.titles[language], each.bonus, earned / most, outcomes)
+            ExerciseStatistics(each.id, texts.title(each), each.bonus, earned / most, outcomes)
         )
     return found
 

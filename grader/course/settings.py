@@ -19,7 +19,10 @@ from grader.course.exercises import PACKAGE, ManifestError, read_toml
 from grader.course.exercises import load as load_manifest
 
 COURSE = PACKAGE / "course" / "course.toml"
-LANGUAGES = ("fr", "en")
+MESSAGES = PACKAGE / "course" / "messages"  # a folder for each language
+COMPLETE = ("fr", "en")  # another one falls back on English
+_OTHERS = {each.name for each in MESSAGES.iterdir() if re.fullmatch("[a-z]{2}", each.name)}
+LANGUAGES = (*COMPLETE, *sorted(_OTHERS - {*COMPLETE}))
 DIALECTS = ("c", "c++")
 _GRADING = ("language", "dialect", "opened", "count_closed")
 _TABLES = ("marks", "late", "deadlines", "people")

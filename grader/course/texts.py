@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from functools import cache
 from typing import Any
 
-from grader.course import settings
-from grader.course.exercises import PACKAGE, ManifestError, read_toml
+from grader.course import exercises, settings
+from grader.course.exercises import Exercise, ManifestError, read_toml
 from grader.course.message import Message
-from grader.course.settings import LANGUAGES
+from grader.course.settings import COMPLETE, LANGUAGES, MESSAGES
 
 __all__ = ["LANGUAGES", "Texts", "preferred", "sentences"]
 
-FOLDER = PACKAGE / "course" / "messages"
+FOLDER = MESSAGES
 FIRST_HINT = 2
 
 
@@ -51,7 +52,15 @@ class Texts:
     def number(self, value: float) -> str:
         """Return a number as it is written in the language, with as few decimals as it needs."""
         text = f"{value:g}"
-        return text.replace(".", ",") if self.language == "fr" else text
+        return text.replace(".", self.say("language.decimal"))
+
+    def title(self, exercise: Exercise) -> str:
+        """Return the title of an exercise; that of messages/ where the manifest has none."""
+        return self.get(f"exercise.{exercise.id}") or _own(exercise.titles, self.language)
+
+    def tp_title(self, tp: int) -> str:
+        """Return the title of a TP. Raises KeyError for one that there is not."""
+        return self.get(f"exercise.TP{tp}") or _own(exercises.load().tps[tp], self.language)
 
     def age(self, seconds: int, date: str) -> str:
         """Return how long ago a file was written; its date when that is long ago, or to come."""
@@ -72,9 +81,22 @@ def preferred(asked: str = "", otherwise: str = "") -> str:
     return next((name for name in names if name in LANGUAGES), settings.load().language)
 
 
+def _own(titles: Mapping[str, str], language: str) -> str:
+    return titles.get(language) or titles[COMPLETE[-1]]
+
+
 @cache
 def sentences(language: str) -> dict[str, str]:
-    """Return every sentence of a language by its dotted key. Raises ManifestError."""
+    """Return every sentence of a language by its dotted key. Raises ManifestError.
+
+    What a language has not is said in English, unless it is one of the course's own.
+    """
+    if language not in COMPLETE:
+        return sentences(COMPLETE[-1]) | _written(language)
+    return _written(language)
+
+
+def _written(language: str) -> dict[str, str]:
     found: dict[str, str] = {}
     for path in sorted((FOLDER / language).glob("*.toml")):
         own = dict(_flat("", read_toml(path)))

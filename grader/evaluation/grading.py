@@ -45,7 +45,7 @@ def grade(
     telling = _Telling(rules, rejected, settled)
     checks = [_judge(each, rules, outcomes, telling, texts, hint) for each in settled.findings]
     checks = _without_lone_pictures(checks, rules, texts)
-    exercises = [_sum(each, checks, texts.language) for each in rules.exercises]
+    exercises = [_sum(each, checks, texts) for each in rules.exercises]
     return checks, [each for each in exercises if each is not None]
 
 
@@ -181,7 +181,7 @@ def _on_pixel(found: Pinned) -> Message:
     return Message("replay.worst", {"i": found.i, "j": found.j}, then)
 
 
-def _sum(exercise: Exercise, checks: Sequence[CheckResult], language: str) -> ExerciseResult | None:
+def _sum(exercise: Exercise, checks: Sequence[CheckResult], texts: Texts) -> ExerciseResult | None:
     """Return the exercise's sum; None when none of its checks has run."""
     own = [each for each in checks if each.exercise == exercise.id]
     if not own:
@@ -192,7 +192,7 @@ def _sum(exercise: Exercise, checks: Sequence[CheckResult], language: str) -> Ex
         tp=exercise.tp,
         function=exercise.functions[0],
         file=exercise.file,
-        title=exercise.titles[language],
+        title=texts.title(exercise),
         bonus=exercise.bonus,
         outcome=next(each for each in _WORST_FIRST if each in outcomes),
         points=sum(each.points for each in own),

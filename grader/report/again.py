@@ -104,7 +104,7 @@ def _or(stored: T, tell: Callable[[], T]) -> T:
 def _title(exercise: Row, texts: Texts) -> str:
     return _or(
         str(exercise["title"]),
-        lambda: exercises.load().exercise(exercise["id"]).titles[texts.language],
+        lambda: texts.title(exercises.load().exercise(exercise["id"])),
     )
 
 

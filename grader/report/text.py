@@ -140,8 +140,7 @@ class View:
         return [each for each in self.content["exercises"] if each["tp"] == tp]
 
     def _title(self, tp: int) -> str:
-        title = exercises.load().tps[tp][self.texts.language]
-        return self.texts.say("report.tp", tp=tp, title=title)
+        return self.texts.say("report.tp", tp=tp, title=self.texts.tp_title(tp))
 
     def _folded_tp(self, tp: int, rows: list[Row]) -> Iterator[Line]:
         points = sum(each["max_points"] for each in rows if not each["bonus"])

@@ -19,7 +19,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from grader.setup.sentences import in_language
+from grader.setup.sentences import say
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 SECONDS = 30
@@ -127,10 +127,10 @@ def builds(flags: list[str], source: str = "int main(void) { return 0; }") -> st
 def compilers() -> list[Symptom]:
     """Look for the compilers and make."""
     purpose = {
-        "gcc": in_language("compile votre C", "builds your C"),
-        "g++": in_language("la ligne de compilation du sujet", "the handout's compile line"),
-        "clang": in_language("un autre avis sur votre C ; facultatif", "another opinion; optional"),
-        "make": in_language("lance les commandes", "runs the commands"),
+        "gcc": say("setup.use_gcc"),
+        "g++": say("setup.use_gxx"),
+        "clang": say("setup.use_clang"),
+        "make": say("setup.use_make"),
     }
     return [Symptom(name, first_line([name, "--version"]), purpose[name]) for name in purpose]
 
@@ -144,10 +144,10 @@ def compiler_features() -> list[Symptom]:
         Symptom(
             "sanitizers",
             sanitizers,
-            in_language("nomment la ligne d'une erreur de mémoire", "name a memory error's line"),
+            say("setup.use_sanitizers"),
         ),
-        Symptom("OpenMP", builds(openmp), in_language("plusieurs cœurs", "several cores")),
-        Symptom("libpng", png, in_language("images .png, en plus des .ppm", ".png pictures")),
+        Symptom("OpenMP", builds(openmp), say("setup.use_openmp")),
+        Symptom("libpng", png, say("setup.use_libpng")),
     ]
 
 
@@ -159,12 +159,12 @@ def python_tools() -> list[Symptom]:
         Symptom(
             "venv",
             "ensurepip" if venv else "",
-            in_language("prépare l'environnement Python", "makes the Python environment"),
+            say("setup.use_venv"),
         ),
         Symptom(
             "uv",
             first_line(["uv", "--version"]),
-            in_language("le prépare plus vite ; facultatif", "makes it quicker; optional"),
+            say("setup.use_uv"),
             cure="pip install --user uv",
         ),
     ]
@@ -192,7 +192,7 @@ def canary_run(*level: str) -> subprocess.CompletedProcess[str] | None:
 
 def isolation() -> Symptom:
     """Try bubblewrap, which shuts in other people's code while it is graded."""
-    purpose = in_language("isole le code que l'on évalue", "shuts in the code that is graded")
+    purpose = say("setup.use_bubblewrap")
     if shutil.which("bwrap") is None:
         return Symptom("bubblewrap", "", purpose)
     user = [] if os.geteuid() == 0 else ["--unshare-user"]
@@ -201,12 +201,7 @@ def isolation() -> Symptom:
         permitted = canary()
         detail = "" if permitted else first_line(["bwrap", "--version"])
         return Symptom("bubblewrap", detail, purpose, permitted)
-    cure = in_language(
-        "présent, mais le noyau lui refuse les espaces de noms utilisateur (conteneur, ou Ubuntu"
-        " sans profil AppArmor pour bwrap : sysctl kernel.apparmor_restrict_unprivileged_userns=0)",
-        "present, but the kernel refuses it user namespaces (a container, or Ubuntu without an"
-        " AppArmor profile for bwrap: sysctl kernel.apparmor_restrict_unprivileged_userns=0)",
-    )
+    cure = say("setup.no_namespaces")
     return Symptom("bubblewrap", "", purpose, cure)
 
 
@@ -230,7 +225,7 @@ def level() -> list[Symptom]:
     done = canary_run()
     if done is None or done.returncode not in (0, 1) or not done.stdout:
         return []
-    purpose = in_language("le code évalué n'est pas isolé", "graded code is not shut in")
+    purpose = say("setup.not_shut_in")
     said = done.stdout.splitlines()
     shown = said[0].partition(":")[2].strip().rstrip(".")
     return [Symptom("isolation", shown if done.returncode == 0 else "", purpose, " ".join(said))]
@@ -239,9 +234,9 @@ def level() -> list[Symptom]:
 def debuggers() -> list[Symptom]:
     """Look for the tools that find a fault in a program."""
     uses = {
-        "valgrind": in_language("voit les lectures non initialisées", "sees uninitialised reads"),
-        "gdb": in_language("suit un programme pas à pas", "follows a program step by step"),
-        "addr2line": in_language("nomme la ligne d'un plantage", "names the line of a crash"),
+        "valgrind": say("setup.use_valgrind"),
+        "gdb": say("setup.use_gdb"),
+        "addr2line": say("setup.use_addresses"),
     }
     return [Symptom(name, first_line([name, "--version"]), uses[name]) for name in uses]
 
@@ -252,10 +247,10 @@ def cure(finding: Symptom) -> str:
         return finding.cure
     tool = next(filter(shutil.which, TOOLS), None)
     if tool is None:
-        return in_language("à installer", "to be installed")
+        return say("setup.to_install")
     package = PACKAGES[finding.name].get(tool)
     if package is None:
-        return in_language("n'existe pas sur ce système", "not available on this system")
+        return say("setup.not_available")
     return f"{'' if tool == 'brew' else 'sudo '}{tool} install {package}"
 
 
@@ -263,7 +258,7 @@ def line(finding: Symptom) -> str:
     """Return a finding as one line of text."""
     if finding.detail:
         return f"OK      {finding.name:<11} {finding.detail}"
-    missing = in_language("manque", "missing")
+    missing = say("setup.missing")
     return f"{missing:<7} {finding.name:<11} {finding.purpose} → {cure(finding)}"
 
 
@@ -280,7 +275,7 @@ def main() -> int:
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")  # not every terminal has all of French
     kind = container()
-    where = in_language(f"conteneur {kind}", f"{kind} container") if kind else "machine"
+    where = say("setup.container", kind=kind) if kind else "machine"
     print(f"{platform.system()} {platform.machine()} ({where})")
     for group in groups:
         for finding in group():

@@ -35,12 +35,11 @@ from grader.setup.install import (
     requirements,
     runs,
 )
-from grader.setup.sentences import in_language, tell
+from grader.setup.sentences import say, tell
 
 LEVELS = ("grade", "lab", "dev")
 STAMP = "mrt-stamp"
 LOCK_SECONDS = 1800
-_MINUTES = ("600 Mo, quelques minutes", "600 MB, a few minutes")  # of notebooks
 
 
 def stamp_text(level: str) -> str:
@@ -90,14 +89,7 @@ def choose_folder(build: Path) -> Path:
         build.mkdir(parents=True, exist_ok=True)
     if os.access(build, os.W_OK) and is_ours(build / "venv"):
         return build / "venv"
-    raise SetupError(
-        in_language(
-            f"Impossible d'écrire l'environnement Python dans {ROOT} ou {build}. Donnez un dossier"
-            " à vous : make BUILD=DOSSIER, ou un environnement tout prêt : make MRT_ENV=DOSSIER",
-            f"The Python environment cannot be written in {ROOT} or {build}. Give a folder of"
-            " yours: make BUILD=DIR, or a ready environment: make MRT_ENV=DIR",
-        )
-    )
+    raise SetupError(say("setup.environment_unwritable", root=ROOT, build=build))
 
 
 @contextlib.contextmanager
@@ -108,17 +100,10 @@ def locked(folder: Path) -> Iterator[None]:
         told = False
         while not try_lock(handle.fileno()):
             if not told:
-                tell(
-                    "Un autre make prépare l'environnement : attente…", "Waiting for another make…"
-                )
+                tell("setup.waiting")
                 told = True
             if time.monotonic() > deadline:
-                raise SetupError(
-                    in_language(
-                        f"Un autre make prépare {folder} depuis trop longtemps : arrêtez-le.",
-                        f"Another make has been preparing {folder} for too long: stop it.",
-                    )
-                )
+                raise SetupError(say("setup.waited_too_long", folder=folder))
             time.sleep(0.2)
         yield
 
@@ -150,11 +135,8 @@ def fill(folder: Path, level: str) -> None:
     stamped = read_stamp(folder).partition(" ")[0]
     present = stamped if stamped in LEVELS and runs(folder) else ""
     check_room(folder, level, present)
-    minutes = in_language(*(("une minute", "a minute") if level == "grade" else _MINUTES))
-    tell(
-        f"Préparation de l'environnement Python dans {folder} (une seule fois, {minutes})…",
-        f"Preparing the Python environment in {folder} (once only, {minutes})…",
-    )
+    minutes = say("setup.a_minute" if level == "grade" else "setup.minutes")
+    tell("setup.preparing", folder=folder, minutes=minutes)
     if present:
         level = max(level, present, key=LEVELS.index)
         (folder / STAMP).unlink()
@@ -204,14 +186,7 @@ def check(level: str) -> None:
     place = os.environ.get("MRT_ENV", sys.prefix)
     missing = ", ".join(missing_packages(level))
     if missing:
-        raise SetupError(
-            in_language(
-                f"MRT_ENV={place} : il y manque {missing}. Ajoutez-les"
-                f" (grader/setup/requirements/{level}.txt), ou retirez MRT_ENV.",
-                f"MRT_ENV={place}: it lacks {missing}. Add them"
-                f" (grader/setup/requirements/{level}.txt), or drop MRT_ENV.",
-            )
-        )
+        raise SetupError(say("setup.packages_missing", place=place, missing=missing, level=level))
 
 
 def run(action: str, arguments: list[str]) -> int:

@@ -10,17 +10,16 @@
 #   MRT_ENV   an existing environment to use as it is, maybe read-only
 #   BUILD     where outputs go; the environment too (BUILD/venv) when .venv cannot be made here
 #   WHEELS    a folder of wheels to install from, instead of the network
-#   MRT_LANG  fr (default) or en
+#   MRT_LANG  fr (default), en, or another folder of grader/course/messages/
 set -eu
 
 BUILD=${BUILD:-build}
 
-# fail FRENCH ENGLISH
+. grader/setup/sentences.sh
+
+# fail KEY [NAME=VALUE...]
 fail() {
-    case ${MRT_LANG:-fr} in
-    en*) echo "$2" >&2 ;;
-    *) echo "$1" >&2 ;;
-    esac
+    sentence "$@" >&2
     exit 1
 }
 
@@ -48,9 +47,7 @@ probe() {
 
 choose() {
     if [ -n "${PYTHON:-}" ]; then
-        found=$(probe "$PYTHON") || fail \
-            "PYTHON=$PYTHON : ce n'est pas un Python 3.10 ou plus récent. Indiquez-en un autre, ou aucun." \
-            "PYTHON=$PYTHON: this is not a Python 3.10 or later. Give another one, or none."
+        found=$(probe "$PYTHON") || fail setup.python_too_old value="$PYTHON"
         echo "${found#* }"
         return
     fi
@@ -68,9 +65,7 @@ choose() {
     done
     unset IFS
     set +f
-    [ -n "$best" ] || fail \
-        "Aucun Python 3.10 ou plus récent sur cette machine. Installez-en un (apt install python3 python3-venv, brew install python, dnf install python3), ou indiquez-le : make PYTHON=/chemin/vers/python3" \
-        "No Python 3.10 or later on this machine. Install one (apt install python3 python3-venv, brew install python, dnf install python3), or say where it is: make PYTHON=/path/to/python3"
+    [ -n "$best" ] || fail setup.no_python
     echo "$best"
 }
 
@@ -84,9 +79,7 @@ wheelhouse)
     ;;
 grade | lab | dev)
     if [ -n "${MRT_ENV:-}" ]; then
-        probe "$MRT_ENV/bin/python" >/dev/null || fail \
-            "MRT_ENV=$MRT_ENV : bin/python manque, vous est fermé, ou est plus ancien que Python 3.10. Corrigez le chemin, ou retirez MRT_ENV." \
-            "MRT_ENV=$MRT_ENV: bin/python is missing, closed to you, or older than Python 3.10. Mend the path, or drop MRT_ENV."
+        probe "$MRT_ENV/bin/python" >/dev/null || fail setup.environment_unusable value="$MRT_ENV"
         exec "$MRT_ENV/bin/python" -E -s -m grader.setup.environment check "$1"
     fi
     if [ -z "${PYTHON:-}" ]; then

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from grader.setup.folding import put
-from grader.setup.sentences import in_language, tell
+from grader.setup.sentences import say
 
 WRONG = ("failed", "crashed", "timeout")
 LAST = "last"
@@ -44,7 +44,7 @@ def main() -> int:
         put(f"{error.filename}: {error.strerror}", sys.stderr)
         return 1
     for told in (f"{check['exercise']} {check['function']} - {check['title']}", check["message"]):
-        tell(told, told)
+        put(told, sys.stderr)
     size = _SIZE.search(check["reproducer"])
     print(place, check["function"], *(size.groups() if size else ("", "")), sep="\n")
     return 0
@@ -57,12 +57,7 @@ def failing(folder: Path) -> list[Check]:
         (path for path in paths if path.is_file()), key=lambda each: each.stat().st_mtime
     )
     if not found:
-        raise CaseError(
-            in_language(
-                "Lancez d'abord make grade : CASE= refait un appel qu'il a montré.",
-                "Run make grade first: CASE= makes a call again that it has shown.",
-            )
-        )
+        raise CaseError(say("setup.call_no_grade"))
     return [check for path in reversed(found) for check in _failing(path)]
 
 
@@ -71,12 +66,7 @@ def _failing(path: Path) -> Iterator[Check]:
         checks = json.loads(path.read_text(encoding="utf-8"))["checks"]
         yield from (each for each in checks if each["outcome"] in WRONG and each["reproducer"])
     except (OSError, ValueError, KeyError, TypeError) as error:
-        raise CaseError(
-            in_language(
-                f"{path} ne peut pas être lu. Refaites-le : make grade",
-                f"{path} cannot be read. Make it again: make grade",
-            )
-        ) from error
+        raise CaseError(say("setup.results_unread", path=path)) from error
 
 
 def find(name: str, checks: Sequence[Check]) -> Check:
@@ -90,18 +80,8 @@ def find(name: str, checks: Sequence[Check]) -> Check:
                 return each
     ids = ", ".join(dict.fromkeys(each["exercise"] for each in checks))
     if not ids:
-        raise CaseError(
-            in_language(
-                "Le dernier make grade n'a montré aucun appel à refaire.",
-                "The last make grade has shown no call to make again.",
-            )
-        )
-    raise CaseError(
-        in_language(
-            f"« {name} » : le dernier make grade n'a rien à refaire de ce nom. Il y a : {ids}",
-            f'"{name}": the last make grade has nothing of that name to make again. It has: {ids}',
-        )
-    )
+        raise CaseError(say("setup.call_none"))
+    raise CaseError(say("setup.call_unknown", name=name, ids=ids))
 
 
 def _names(check: Check) -> tuple[str, ...]:

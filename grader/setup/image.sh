@@ -4,16 +4,10 @@
 # Runs in the project's folder. Reads from the environment:
 #   IMAGE     the image's name, miniraytracer by default
 #   HUB       the version of the JupyterHub that will use it
-#   MRT_LANG  fr (default) or en
+#   MRT_LANG  fr (default), en, or another folder of grader/course/messages/
 set -eu
 
-# say FRENCH ENGLISH
-say() {
-    case ${MRT_LANG:-fr} in
-    en*) echo "$2" >&2 ;;
-    *) echo "$1" >&2 ;;
-    esac
-}
+. grader/setup/sentences.sh
 
 silent=
 for engine in docker podman; do
@@ -25,10 +19,8 @@ for engine in docker podman; do
     silent="$silent $engine"
 done
 if [ -n "$silent" ]; then
-    say "Image :$silent ne répond pas ; lancez son service (systemctl start docker) ou donnez-vous le droit de l'utiliser, puis make image." \
-        "Image:$silent does not answer; start its service (systemctl start docker) or get the right to use it, then make image."
+    sentence setup.engine_silent engines="$silent" >&2
 else
-    say "Image : ni docker ni podman ici ; installez l'un des deux (apt install podman), puis make image." \
-        "Image: neither docker nor podman here; install one of them (apt install podman), then make image."
+    sentence setup.no_engine >&2
 fi
 exit 1

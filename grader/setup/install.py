@@ -15,7 +15,7 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
-from grader.setup.sentences import in_language, tell
+from grader.setup.sentences import say, tell
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 INSTALL_SECONDS = 1800
@@ -72,10 +72,7 @@ def make_bare(folder: Path) -> str:
     """Make an environment that holds pip alone; return what went wrong, empty when nothing did."""
     if importlib.util.find_spec("ensurepip") is None:
         name = f"python3.{sys.version_info[1]}-venv"
-        return in_language(
-            f"{sys.executable} ne sait pas créer d'environnement : apt install {name}",
-            f"{sys.executable} cannot make an environment: apt install {name}",
-        )
+        return say("setup.no_venv", python=sys.executable, name=name)
     return attempt([sys.executable, "-m", "venv", str(folder)])
 
 
@@ -89,12 +86,7 @@ def check_wheels() -> str:
     """
     wheels = os.environ.get("WHEELS", "")
     if wheels and not Path(wheels).is_dir():
-        raise SetupError(
-            in_language(
-                f"WHEELS={wheels} : ce dossier n'existe pas. `make wheelhouse` en prépare un.",
-                f"WHEELS={wheels}: no such folder. `make wheelhouse` makes one.",
-            )
-        )
+        raise SetupError(say("setup.no_wheels", wheels=wheels))
     return wheels
 
 
@@ -108,13 +100,8 @@ def check_room(folder: Path, level: str, present: str) -> None:
 
 def no_room(folder: Path, needed: int, free: int | None = None) -> str:
     """Return what is said when an environment does not fit: megabytes, and the cure."""
-    left = "" if free is None else in_language(f", il en reste {free}", f", {free} are left")
-    return in_language(
-        f"Plus de place pour {folder} (il faut {needed} Mo{left}). Faites de la place, ou donnez un"
-        " autre dossier : make BUILD=DOSSIER, ou un environnement prêt : make MRT_ENV=DOSSIER",
-        f"No space left for {folder} ({needed} MB are needed{left}). Make room, or give another"
-        " folder: make BUILD=DIR, or a ready environment: make MRT_ENV=DIR",
-    )
+    left = "" if free is None else say("setup.room_left", free=free)
+    return say("setup.no_room", folder=folder, needed=needed, left=left)
 
 
 def sources(level: str) -> list[str]:
@@ -154,12 +141,7 @@ def explain(folder: Path, problem: str) -> str:
     if any(sign in problem for sign in ("No space left", "Disk quota", "Errno 28", "Errno 122")):
         cure = no_room(folder, MEGABYTES["grade"])
     else:
-        cure = in_language(
-            f"L'environnement Python n'a pas pu être préparé dans {folder} (la raison est"
-            " ci-dessus). Sans réseau : make WHEELS=DOSSIER, ou make MRT_ENV=DOSSIER",
-            f"The Python environment could not be prepared in {folder} (the reason is above)."
-            " Without a network: make WHEELS=DIR, or make MRT_ENV=DIR",
-        )
+        cure = say("setup.not_prepared", folder=folder)
     return f"{problem}\n{cure}"
 
 
@@ -175,8 +157,8 @@ def collect_wheels(folder: Path) -> None:
         raise SetupError(explain(folder, problem))
     version = f"Python 3.{sys.version_info[1]}, {platform.system()} {platform.machine()}"
     tell(
-        f"{len(list(folder.glob('*.whl')))} paquets ({version}) dans {folder.resolve()}"
-        "\nSur une machine sans réseau, avec une copie de ce dossier : make grade WHEELS=DOSSIER",
-        f"{len(list(folder.glob('*.whl')))} packages ({version}) in {folder.resolve()}"
-        "\nOn a machine without a network, with a copy of it: make grade WHEELS=DIR",
+        "setup.wheels_collected",
+        count=len(list(folder.glob("*.whl"))),
+        version=version,
+        folder=folder.resolve(),
     )

@@ -15,7 +15,7 @@
 #   CC                       the C compiler, cc by default
 #   WIDTH HEIGHT SCENE_SIZE  the picture's size in pixels, the most objects of a scene
 #   PLATFORM                 what `uname -s` says; a test says another name
-#   MRT_LANG                 fr (default) or en
+#   MRT_LANG                 fr (default), en, or another folder of grader/course/messages/
 set -eu
 
 SRC=${SRC:-core_c}
@@ -25,19 +25,19 @@ CC=${CC:-cc}
 PLATFORM=${PLATFORM:-$(uname -s)}
 NEEDED=20000 # kilobytes: of a full disk, compilers say that the sanitizers are not there
 
-# say FRENCH ENGLISH; at a terminal no word is cut at the end of a line.
+. grader/setup/sentences.sh
+
+# say KEY [NAME=VALUE...]; at a terminal no word is cut at the end of a line.
 say() {
-    case ${MRT_LANG:-fr} in
-    en*) set -- "$2" ;;
-    esac
     if [ -t 1 ]; then
-        echo "$1" | fold -s -w "$(stty size <&1 2>/dev/null | cut -d ' ' -f 2)" 2>/dev/null || echo "$1"
+        said=$(sentence "$@")
+        echo "$said" | fold -s -w "$(stty size <&1 2>/dev/null | cut -d ' ' -f 2)" 2>/dev/null || echo "$said"
     else
-        echo "$1"
+        sentence "$@"
     fi
 }
 
-# fail FRENCH ENGLISH
+# fail KEY [NAME=VALUE...]
 fail() {
     say "$@" >&2
     exit 1
@@ -57,22 +57,16 @@ works() {
 
 # Sets flags and libraries, lists of words without spaces.
 choose_flags() {
-    command -v "${CC%% *}" >/dev/null || fail \
-        "Compilateur introuvable : $CC. Lancez make doctor, qui dit comment l'installer." \
-        "No such compiler: $CC. Run make doctor, which says how to install it."
-    mkdir -p "$BUILD" 2>/dev/null && [ -w "$BUILD" ] || fail \
-        "Impossible d'écrire dans $BUILD. Donnez un dossier à vous : make BUILD=DOSSIER" \
-        "Cannot write in $BUILD. Give a folder of yours: make BUILD=DIR"
+    command -v "${CC%% *}" >/dev/null || fail setup.no_compiler compiler="$CC"
+    mkdir -p "$BUILD" 2>/dev/null && [ -w "$BUILD" ] || fail setup.build_unwritable folder="$BUILD"
     free=$(df -Pk "$BUILD" 2>/dev/null | awk 'NR == 2 { print $4 }')
-    [ "${free:-$NEEDED}" -ge "$NEEDED" ] || fail \
-        "Plus de place pour $BUILD : il reste $((free / 1000)) Mo, il en faut $((NEEDED / 1000)). Faites de la place, ou donnez un dossier d'un autre disque : make BUILD=DOSSIER" \
-        "No space left for $BUILD: $((free / 1000)) MB are left, $((NEEDED / 1000)) are needed. Make room, or give a folder on another disk: make BUILD=DIR"
+    [ "${free:-$NEEDED}" -ge "$NEEDED" ] || fail setup.disk_full folder="$BUILD" free=$((free / 1000)) needed=$((NEEDED / 1000))
     flags="-std=gnu11 -g -Wall -Wextra -Wfatal-errors"
     for name in WIDTH HEIGHT SCENE_SIZE; do
         eval "value=\${$name:-}"
         case $value in
         '') ;;
-        *[!0-9]* | 0*) fail "$name=$value : il faut un entier positif." "$name=$value: give a positive integer." ;;
+        *[!0-9]* | 0*) fail setup.not_positive name="$name" value="$value" ;;
         *) flags="$flags -D$name=$value" ;;
         esac
     done
@@ -120,8 +114,7 @@ choose_try_flags() {
     if works $sanitizers; then
         flags="$flags $sanitizers"
     else
-        say "Pas de sanitizers sur cette machine : les erreurs de mémoire ne seront pas toutes vues." \
-            "No sanitizers on this machine: not every memory error will be seen." >&2
+        say setup.no_sanitizers >&2
     fi
 }
 
@@ -134,7 +127,7 @@ check_given() {
 
 # The sources but main.c are given to a function, behind its own parameters.
 with_sources() {
-    [ -e "$SRC/main.c" ] || fail "$SRC : pas de main.c ici. Donnez SRC=DOSSIER." "$SRC: no main.c here. Give SRC=DIR."
+    [ -e "$SRC/main.c" ] || fail setup.no_main folder="$SRC"
     for file in "$SRC"/*.c; do
         case $file in
         */main.c | */my_tests.c | */vector.c | */scene.c) ;;
@@ -149,9 +142,7 @@ compile() {
     output=$1
     shift
     # shellcheck disable=SC2086
-    $CC $flags -I"$SRC" -Icore_c "$@" -o "$output" || fail \
-        "La compilation a échoué : le premier message ci-dessus nomme le fichier et la ligne." \
-        "The build failed: the first message above names the file and the line."
+    $CC $flags -I"$SRC" -Icore_c "$@" -o "$output" || fail setup.build_failed
 }
 
 # Tells whether the program is newer than every source and was built by the same command.
@@ -169,7 +160,7 @@ build_mrt() {
     stamp=$BUILD/$name/flags
     command="$CC $flags $libraries $*"
     if is_fresh; then
-        say "$program est à jour." "$program is up to date."
+        say setup.up_to_date program="$program"
         return
     fi
     mkdir -p "$BUILD/$name"
@@ -180,8 +171,7 @@ build_mrt() {
     if [ "$program" != core_c/mrt ] && [ -e core_c/texture.ppm ]; then
         cp core_c/texture.ppm "$BUILD/$name/"
     fi
-    say "$program est prêt. Par exemple : cd ${program%/mrt} && ./mrt 1 image" \
-        "$program is ready. For example: cd ${program%/mrt} && ./mrt 1 image"
+    say setup.program_ready program="$program" folder="${program%/mrt}"
 }
 
 # Sets tests, function and the size of the pictures: the student's own tests, or the call of CASE.
@@ -203,8 +193,7 @@ END
     fi
     tests=$SRC/my_tests.c
     [ -e "$tests" ] || tests=core_c/my_tests.c
-    [ -e "$tests" ] || fail "$tests manque : écrivez-y un main() qui essaie vos fonctions." \
-        "$tests is missing: write a main() there that tries your functions."
+    [ -e "$tests" ] || fail setup.no_tests path="$tests"
 }
 
 # object SOURCE FLAG...: compiles a source, unless that was done since it or a header changed; sets object.
@@ -241,17 +230,15 @@ run_tests() {
 
 # With PREPARE=1 gdb is started by somebody else, an editor, who finds the program and the breakpoint in BUILD/try.
 debug_tests() {
-    command -v gdb >/dev/null || fail "gdb manque. Lancez make doctor, qui dit comment l'installer." \
-        "gdb is missing. Run make doctor, which says how to install it."
+    command -v gdb >/dev/null || fail setup.no_gdb
     build_tests "$@"
     if [ -n "${PREPARE:-}" ]; then
         cp "$program" "$BUILD/try/debugged"
         echo "break $function" >"$BUILD/try/debugged.gdb"
-        say "$BUILD/try/debugged est prêt pour un débogueur." "$BUILD/try/debugged is ready for a debugger."
+        say setup.debug_ready path="$BUILD/try/debugged"
         return
     fi
-    say "gdb s'arrête au début de $function : n avance d'une ligne, s entre dans une fonction, p x montre x, q quitte." \
-        "gdb stops at the beginning of $function: n goes on by a line, s goes into a function, p x shows x, q quits."
+    say setup.gdb_stops function="$function"
     DEBUGINFOD_URLS='' exec gdb -q -ex "break $function" -ex run "$program"
 }
 

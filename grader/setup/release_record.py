@@ -16,7 +16,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
-from grader.setup.sentences import in_language
+from grader.setup.sentences import say
 
 TOP = "miniraytracer"  # the folder inside the archive
 RECORD = "grader/release.json"
@@ -100,12 +100,7 @@ def read(path: Path) -> tuple[Release, dict[str, bytes]]:
     except KeyError as error:
         raise _not_ours(path) from error
     except OSError as error:
-        raise HandoutError(
-            in_language(
-                f"{path} : lecture impossible ({error.strerror}). Vérifiez ses droits d'accès.",
-                f"{path}: cannot be read ({error.strerror}). Check its permissions.",
-            )
-        ) from error
+        raise HandoutError(say("setup.archive_unread", path=path, error=error.strerror)) from error
     # What zipfile raises, in one version or another, at bytes that make no sense.
     except (zipfile.BadZipFile, zlib.error, EOFError, ValueError, NotImplementedError) as error:
         raise _damaged(path, str(error)) from error
@@ -133,7 +128,7 @@ def _from_zip(path: Path) -> dict[str, bytes]:
     with zipfile.ZipFile(path) as archive:
         entries = [each for each in archive.infolist() if not each.is_dir()]
         if len(entries) > MAX_FILES or sum(each.file_size for each in entries) > MAX_BYTES:
-            raise ValueError(in_language("trop de fichiers", "too many files"))
+            raise ValueError(say("setup.too_many_files"))
         if f"{TOP}/{RECORD}" not in archive.namelist():
             raise KeyError(RECORD)
         for each in entries:
@@ -157,29 +152,12 @@ def _from_folder(folder: Path) -> dict[str, bytes]:
 
 
 def _not_found(path: Path) -> HandoutError:
-    return HandoutError(
-        in_language(
-            f"{path} n'existe pas. Donnez l'archive reçue : make update ARCHIVE=chemin/nom.zip",
-            f"{path} does not exist. Give the archive you got: make update ARCHIVE=path/name.zip",
-        )
-    )
+    return HandoutError(say("setup.no_archive", path=path))
 
 
 def _not_ours(path: Path) -> HandoutError:
-    return HandoutError(
-        in_language(
-            f"{path} n'est pas une archive du sujet, ou pas en entier. Téléchargez de nouveau celle"
-            " que l'on vous a distribuée.",
-            f"{path} is not an archive of the workbook, or not all of it. Download again the one"
-            " that was handed out.",
-        )
-    )
+    return HandoutError(say("setup.not_ours", path=path))
 
 
 def _damaged(path: Path, detail: str) -> HandoutError:
-    return HandoutError(
-        in_language(
-            f"{path} est abîmée ou a été changée ({detail}). Téléchargez-la de nouveau.",
-            f"{path} is damaged or was changed ({detail}). Download it again.",
-        )
-    )
+    return HandoutError(say("setup.archive_damaged", path=path, detail=detail))

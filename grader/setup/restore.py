@@ -18,7 +18,7 @@ from pathlib import Path
 from grader.setup import c_text
 from grader.setup.folding import put
 from grader.setup.release_record import ORIGINALS, HandoutError
-from grader.setup.sentences import in_language, tell
+from grader.setup.sentences import say, tell
 from grader.setup.transaction import free
 
 ROOT = Path(__file__).resolve().parent.parent.parent
@@ -51,14 +51,7 @@ def given(root: Path) -> dict[str, bytes]:
             entries = [each for each in archive.infolist() if each.comment == GIVEN]
             return {each.filename: archive.read(each) for each in entries}
     except (OSError, zipfile.BadZipFile) as error:
-        raise HandoutError(
-            in_language(
-                f"{ORIGINALS} manque ou est abîmé ({error}). Dépliez de nouveau l'archive du sujet"
-                " ailleurs, et copiez-y vos fichiers de core_c/.",
-                f"{ORIGINALS} is missing or damaged ({error}). Unpack the workbook's archive again"
-                " elsewhere, and copy your files of core_c/ there.",
-            )
-        ) from error
+        raise HandoutError(say("setup.originals_damaged", path=ORIGINALS, error=error)) from error
 
 
 def faults(
@@ -91,18 +84,10 @@ def _plain(content: bytes, comments: bool) -> str:
 def _name(missing: Sequence[str], changed: Sequence[str]) -> None:
     if missing:
         names = ", ".join(f"{CORE}/{name}" for name in missing)
-        tell(
-            f"Fichier fourni absent : {names}. Pour le remettre : make restore",
-            f"A given file is missing: {names}. To put it back: make restore",
-        )
+        tell("setup.given_missing", names=names)
     if changed:
         names = ", ".join(f"{CORE}/{name}" for name in changed)
-        tell(
-            f"Fichier fourni modifié : {names}. Votre code sera jugé avec l'original, que make"
-            " restore remet.",
-            f"A given file was changed: {names}. Your code will be judged with the original, which"
-            " make restore puts back.",
-        )
+        tell("setup.given_changed", names=names)
 
 
 def put_back(
@@ -134,27 +119,17 @@ def put_back(
 
 def _unwritable(error: OSError, root: Path) -> HandoutError:
     place = os.path.relpath(error.filename or root, root)
-    return HandoutError(
-        in_language(
-            f"{place} : écriture impossible ({error.strerror}). Ouvrez ce dossier en écriture ou"
-            " faites de la place, puis relancez make restore.",
-            f"{place}: cannot be written ({error.strerror}). Make that folder writable or make"
-            " room, then run make restore again.",
-        )
-    )
+    return HandoutError(say("setup.restore_unwritable", place=place, error=error.strerror))
 
 
 def _told(missing: Sequence[str], changed: Sequence[str], backup: Path) -> Iterator[str]:
     if not (missing or changed):
-        yield in_language("Les fichiers fournis sont intacts.", "The given files are as given.")
+        yield say("setup.given_intact")
         return
     names = ", ".join((*missing, *changed))
-    yield in_language(f"Remis dans {CORE}/ : {names}.", f"Put back in {CORE}/: {names}.")
+    yield say("setup.restored", folder=CORE, names=names)
     if changed:
-        yield in_language(
-            f"Ce que vous y aviez changé est gardé dans {backup.name}/{CORE}/.",
-            f"What you had changed there is kept in {backup.name}/{CORE}/.",
-        )
+        yield say("setup.restore_kept", backup=backup.name, folder=CORE)
 
 
 if __name__ == "__main__":

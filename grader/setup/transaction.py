@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from grader.setup.release_record import RECORD, HandoutError, Release
-from grader.setup.sentences import in_language
+from grader.setup.sentences import say
 
 # Renamed together, after all the rest: what an interrupted update needs is all old, or all new.
 _LAST = (
@@ -196,23 +196,9 @@ def _reason(error: BaseException | None, root: Path) -> str:
 
 def _not_done(error: OSError, root: Path) -> HandoutError:
     reason = _reason(error, root)
-    return HandoutError(
-        in_language(
-            f"Écriture impossible : {reason}. Rien n'a changé. Faites de la place, fermez ce"
-            " fichier ou ouvrez ce dossier en écriture, puis relancez la même commande.",
-            f"Cannot write: {reason}. Nothing has changed. Make room, close that file or make that"
-            " folder writable, then run the same command again.",
-        )
-    )
+    return HandoutError(say("setup.unwritable", reason=reason))
 
 
 def _half_done(error: BaseException | None, root: Path) -> HandoutError:
     reason = _reason(error, root)
-    return HandoutError(
-        in_language(
-            f"Mise à jour arrêtée en chemin : {reason}. Rien n'est perdu : relancez la même"
-            " commande pour la finir.",
-            f"The update stopped half-way: {reason}. Nothing is lost: run the same command again"
-            " to finish it.",
-        )
-    )
+    return HandoutError(say("setup.half_done", reason=reason))

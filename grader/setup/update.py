@@ -18,7 +18,7 @@ from pathlib import Path, PurePosixPath
 from grader.setup import c_text, release_record
 from grader.setup.folding import put
 from grader.setup.release_record import ORIGINALS, RECORD, HandoutError, Release, digest
-from grader.setup.sentences import in_language
+from grader.setup.sentences import say
 from grader.setup.transaction import Done, Plan, Step, replace
 
 ROOT = Path(__file__).resolve().parent.parent.parent
@@ -34,12 +34,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     try:
         if options.archive is None:
-            raise HandoutError(
-                in_language(
-                    "Donnez l'archive : make update ARCHIVE=chemin/nom.zip",
-                    "Give the archive: make update ARCHIVE=path/name.zip",
-                )
-            )
+            raise HandoutError(say("setup.update_no_archive"))
         plan = prepare(options.archive, options.root, options.force)
         for sentence in _told(plan, replace(plan, options.root)):
             put(sentence, sys.stdout)
@@ -57,12 +52,7 @@ def prepare(archive: Path, root: Path, force: bool = False) -> Plan:
     old = _installed(root)
     new, files = release_record.read(archive)
     if new.age < old.age and not force:
-        raise HandoutError(
-            in_language(
-                f"{archive} est plus ancienne que ce dossier. Pour y revenir : FORCE=1",
-                f"{archive} is older than this folder. To go back to it: FORCE=1",
-            )
-        )
+        raise HandoutError(say("setup.update_older", archive=archive))
     steps, kept = _steps(old, new, files, root)
     record = Step(RECORD, _content(root, RECORD), new.as_json(), False)
     if record.before != record.after:
@@ -75,14 +65,7 @@ def _installed(root: Path) -> Release:
     try:
         return release_record.parse((root / RECORD).read_bytes())
     except (OSError, ValueError) as error:
-        raise HandoutError(
-            in_language(
-                f"{root} n'est pas un dossier distribué ({RECORD} manque ou est abîmé). Dépliez la"
-                " nouvelle archive ailleurs, et copiez-y vos fichiers de core_c/.",
-                f"{root} is not a folder that was handed out ({RECORD} is missing or damaged)."
-                " Unpack the new archive elsewhere, and copy your files of core_c/ there.",
-            )
-        ) from error
+        raise HandoutError(say("setup.update_not_handed_out", root=root, record=RECORD)) from error
 
 
 def _steps(
@@ -112,15 +95,10 @@ def _content(root: Path, path: str) -> bytes | None:
     except FileNotFoundError:
         if not place.is_symlink():
             return None
-        detail = in_language("le lien ne mène à rien", "the link leads nowhere")
+        detail = say("setup.link_to_nothing")
     except OSError as error:
         detail = error.strerror or str(error)
-    raise HandoutError(
-        in_language(
-            f"{path} ne peut pas être lu ({detail}). Déplacez-le, puis relancez la même commande.",
-            f"{path} cannot be read ({detail}). Move it, then run the same command again.",
-        )
-    )
+    raise HandoutError(say("setup.file_unread", path=path, detail=detail))
 
 
 def _is(content: bytes, sha256: str) -> bool:
@@ -152,23 +130,25 @@ def _news(kept: Sequence[str], files: Mapping[str, bytes], root: Path) -> dict[s
 
 def _told(plan: Plan, done: Done) -> Iterator[str]:
     if not plan.steps:
-        yield in_language("Rien de nouveau dans cette archive.", "Nothing new in this archive.")
+        yield say("setup.update_nothing_new")
         return
     added = sum(each.before is None for each in plan.steps)
     removed = sum(each.after is None for each in plan.steps)
     replaced = len(plan.steps) - added - removed
-    yield in_language(
-        f"Mise à jour faite ({plan.old.title} -> {plan.new.title}) : fichiers remplacés :"
-        f" {replaced}, ajoutés : {added}, retirés : {removed}.",
-        f"Updated ({plan.old.title} -> {plan.new.title}): files replaced: {replaced},"
-        f" added: {added}, removed: {removed}.",
+    yield say(
+        "setup.updated",
+        old=plan.old.title,
+        new=plan.new.title,
+        replaced=replaced,
+        added=added,
+        removed=removed,
     )
     if plan.kept:
         names = ", ".join(plan.kept)
-        yield in_language(f"À vous, donc laissés : {names}.", f"Yours, left alone: {names}.")
+        yield say("setup.update_yours", names=names)
     yield from _copies(plan, done)
     if plan.kept or any(step.theirs for step in plan.steps):
-        yield in_language(f"Copie de sauvegarde : {done.backup}/", f"Backup: {done.backup}/")
+        yield say("setup.update_backup", backup=done.backup)
 
 
 def _copies(plan: Plan, done: Done) -> Iterator[str]:
@@ -176,24 +156,13 @@ def _copies(plan: Plan, done: Done) -> Iterator[str]:
     for step in plan.steps:
         if step.theirs:
             copy = done.beside.get(step.path) or f"{done.backup}/{step.path}"
-            yield in_language(
-                f"{step.path} : vous l'aviez changé ; votre version est dans {copy}.",
-                f"{step.path}: you had changed it; your version is in {copy}.",
-            )
+            yield say("setup.update_copy", path=step.path, copy=copy)
     for path in plan.news:
-        yield in_language(
-            f"{path} : le fichier de départ a changé, le vôtre non. Voyez {done.backup}/{path}.diff"
-            " et reportez-y ce qui manque.",
-            f"{path}: the starting file has changed, yours has not. See {done.backup}/{path}.diff"
-            " and copy what is missing.",
-        )
+        yield say("setup.update_news", path=path, backup=done.backup)
 
 
 def _again() -> str:
-    return in_language(
-        "Interrompu, rien n'a changé. Pour reprendre : la même commande.",
-        "Interrupted, nothing has changed. To go on: the same command.",
-    )
+    return say("setup.update_interrupted")
 
 
 if __name__ == "__main__":

@@ -68,7 +68,7 @@ def _asked(question: Question, submission: Submission, texts: Texts) -> dict[str
             "new": textwrap.dedent(change.new.expandtabs()),
             **_seen(question, texts),
         }
-    title = exercises.load().exercise(exercise).titles[texts.language]
+    title = texts.title(exercises.load().exercise(exercise))
     return {
         **shown,
         "question": question,

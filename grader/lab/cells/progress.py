@@ -45,7 +45,7 @@ def _row(known: record.Known) -> list[Shown | str]:
     return [
         exercise.id,
         exercise.functions[0],
-        exercise.titles[texts().language],
+        texts().title(exercise),
         told,
         f"{points} / {texts().number(exercise.points / 100)}{bonus}",
         say(known.when) if known.when else "",

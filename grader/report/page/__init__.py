@@ -128,7 +128,6 @@ def _policy(style: str, script: str) -> str:
 
 def _tps(content: Row, texts: Texts) -> list[dict[str, Any]]:
     """Return the TPs that were judged: their title, score, and exercises with their checks."""
-    titles = exercises.load().tps
     scores = {each["tp"]: each for each in content["tps"]}
     checks: dict[str, list[Row]] = {}
     for each in content["checks"]:
@@ -140,7 +139,7 @@ def _tps(content: Row, texts: Texts) -> list[dict[str, Any]]:
         found.append(
             {
                 "tp": tp,
-                "title": titles[tp][texts.language],
+                "title": texts.tp_title(tp),
                 "score": scores.get(tp, {"score": 0, "max_score": 0}),
                 "bonus": sum(each["points"] for each in bonus),
                 "exercises": [{**each, "checks": checks.get(each["id"], [])} for each in rows],

@@ -380,6 +380,8 @@ def test_every_sentence_is_asked_for_somewhere() -> None:
     known = {key.split(".")[0] for key in sentences("en")}
     sections = "|".join(name for name in known if name.isalpha())  # tp1.name may be a prediction's
     asked = set(re.findall(rf'["\']((?:{sections})\.[a-zA-Z_]+)["\']', code))
+    scripts = "".join(path.read_text() for path in (exercises.PACKAGE / "setup").glob("*.sh"))
+    asked |= set(re.findall(r"\b(?:say|fail|sentence) (setup\.[a-z_]+)", scripts))
     # Keys that are completed when running end in a mark; a file's name is no key.
     asked = {key for key in asked if not key.endswith((".", "_", *FILES))}
     assert asked <= set(sentences("en"))
@@ -387,7 +389,7 @@ def test_every_sentence_is_asked_for_somewhere() -> None:
     asked |= {f"refused.{word}" for word in words} & set(sentences("en"))
     # These are completed when running, or have a part of their key before them (grader/lab).
     sections = r"death|outcome|title|question|hint|isolation|canary|mistake|history|lab|plot|tp\d"
-    sections += "|ask|thing|part|places?|feature|heading|why|class|replay"
+    sections += "|ask|thing|part|places?|feature|heading|why|class|replay|help"
     built = re.compile(
         rf"({sections})\.|failure\.(missed|touched|wrong)_pixel|(page|oral)\.(alt|role)_"
         r"|picture\.(channels|shifted|all|lit|missing|recolored)_|submission\.nothing_in_|note\.worked_"

@@ -17,7 +17,7 @@ import pytest
 from grader.setup import doctor, failing_call
 from grader.tests.support.shell import ROOT, reachable, run, script
 
-TARGETS = re.findall(r"^([a-z-]+):.*## ", (ROOT / "Makefile").read_text(encoding="utf-8"), re.M)
+TARGETS = re.findall(r"^([a-z-]+):.*##$", (ROOT / "Makefile").read_text(encoding="utf-8"), re.M)
 
 
 @pytest.fixture(scope="module")
@@ -77,6 +77,8 @@ def project(tmp_path: Path) -> Path:
     shutil.copy(ROOT / "Makefile", folder)
     leave = shutil.ignore_patterns("__pycache__", "requirements")
     shutil.copytree(ROOT / "grader" / "setup", folder / "grader" / "setup", ignore=leave)
+    messages = "grader/course/messages"
+    shutil.copytree(ROOT / messages, folder / messages, ignore=leave)
     (folder / "grader" / "intake").mkdir()
     with zipfile.ZipFile(folder / "grader" / "intake" / "originals.zip", "w") as archive:
         for name, text in SOURCES.items():
