@@ -238,7 +238,11 @@ class Bench:
     def trial(self, batch: Batch) -> Answers:
         """Make the calls of a batch in its setting. Raises CallDied."""
         self.prepare(batch)
-        return replace(self.again(batch), alone=partial(_alone, self.core, batch))
+        answers = self.again(batch)
+        self._student.todo |= self.session.todo()
+        # What is not begun keeps no state: no call of it need be made again by itself.
+        alone = partial(_alone, self.core, batch) if self._student.is_begun else None
+        return replace(answers, alone=alone)
 
     def again(self, batch: Batch, **addresses: Address) -> Answers:
         """Make the calls of a batch in the setting as it stands. Raises CallDied.
