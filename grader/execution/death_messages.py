@@ -8,11 +8,12 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 
 from grader.course.message import Message
-from grader.course.texts import Texts, sentences
+from grader.course.texts import LANGUAGES, Texts, sentences
 from grader.execution.records import Cause, Death
 
 MAX_CALLERS = 4  # that are named
 RECURSION = 5  # so often, among the calls that are known, stands a function that calls itself
+_NAMED = re.compile(r"{(\w+)}")  # a value of a sentence
 _UNDEFINED = re.compile(r"undefined symbol: (\w+)")
 _RUNTIME = "runtime error: "
 # What UndefinedBehaviorSanitizer says most often, and our sentence for it; the first that fits.
@@ -52,7 +53,7 @@ def message(death: Death, call: str) -> Message:
         "function": death.function,
         "code": death.code,
         "seconds": death.seconds,
-        "detail": death.text.strip()[:300] if death.cause is Cause.LOAD else "",
+        "detail": death.text.strip()[:300],
         "word": death.word.removeprefix(_RUNTIME),
         "bytes": int(refused[1], 16) if refused else 0,
         "again": _again(death),
@@ -70,11 +71,17 @@ def told(what: Message, location: str, texts: Texts) -> str:
 
 
 def placed(what: Message, location: str) -> Message:
-    """Return a verdict that says the place ("file:line" or "") where code has died."""
+    """Return a verdict that says the place ("file:line" or "") where code has died.
+
+    Of a death only what its sentence tells is kept: the rest, an address or a number of seconds,
+    may be another one each time.
+    """
     values = {"place": tuple(_place(what, location)), **what.values}
-    values.pop("calls", None)
     if values.get("call") == "":
         values["call"] = Message("death.loading")
+    if what.key.startswith("death."):
+        named = _NAMED.findall(sentences(LANGUAGES[0]).get(what.key, ""))
+        values = {name: values[name] for name in named if name in values}
     return replace(what, values=values)
 
 

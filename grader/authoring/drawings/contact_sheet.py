@@ -23,10 +23,9 @@ COLUMNS, THUMB, GAP, LINE = 4, 480, 16, 22
 
 @dataclass(frozen=True)
 class SheetPicture:
-    """A picture and its captions; pixels of shape (height, width, 3), the top row first."""
+    """A picture and its two captions; pixels of shape (height, width, 3), the top row first."""
 
-    french: str
-    english: str
+    captions: tuple[str, ...]
     pixels: Bytes
 
 
@@ -54,7 +53,7 @@ def save(picture: Image.Image, path: Path) -> None:
 
 
 def contact_sheet(drawn: Sequence[SheetPicture]) -> Image.Image:
-    """Return all the pictures side by side, each above its caption in French, then in English."""
+    """Return all the pictures side by side, each above its captions."""
     height, width, _ = drawn[0].pixels.shape
     thumb = THUMB, round(THUMB * height / width)
     step = THUMB + GAP, thumb[1] + 2 * LINE + GAP
@@ -66,6 +65,8 @@ def contact_sheet(drawn: Sequence[SheetPicture]) -> Image.Image:
     for k, each in enumerate(drawn):
         x, y = GAP + k % COLUMNS * step[0], GAP + k // COLUMNS * step[1]
         sheet.paste(Image.fromarray(each.pixels).resize(thumb, Image.Resampling.LANCZOS), (x, y))
-        pen.text((x, y + thumb[1] + 3), each.french, font=font, fill="black")
-        pen.text((x, y + thumb[1] + LINE), each.english, font=font, fill="dimgray")
+        for line, color, caption in zip(
+            (3, LINE), ("black", "dimgray"), each.captions, strict=True
+        ):
+            pen.text((x, y + thumb[1] + line), caption, font=font, fill=color)
     return sheet

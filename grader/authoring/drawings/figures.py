@@ -24,6 +24,7 @@ from grader.authoring.drawings.contact_sheet import SheetPicture, contact_sheet,
 from grader.authoring.drawings.texture import TEXTURE
 from grader.course.exercises import ROOT
 from grader.course.message import UserError
+from grader.course.settings import COMPLETE
 from grader.course.texts import Texts, preferred
 from grader.execution.session import Died, Library, Limits, MachineError, Session, open_core
 
@@ -37,14 +38,12 @@ LIMITS = Limits(cpu=600, memory=1 << 30)
 
 @dataclass(frozen=True)
 class Figure:
-    """One picture: the name of its file, its caption in both languages, and how it is drawn.
+    """One picture: the name of its file, and how it is drawn; messages/ has its caption, `drawn`.
 
     `paint` returns colours of shape (height * width, 3), the bottom row first, not clamped.
     """
 
     name: str
-    french: str
-    english: str
     paint: Paint
 
 
@@ -148,90 +147,64 @@ def of_scene(number: int, **settings: float) -> Paint:
 DIRECT = {"reflections": False, "fresnel": False}
 
 FIGURES = (
-    Figure("figure_1_mrt_0", "Figure 1 : ./mrt 0", "Figure 1: ./mrt 0", red),
-    Figure("figure_1_mrt_1", "Figure 1 : ./mrt 1", "Figure 1: ./mrt 1", rectangle),
-    Figure("figure_1_mrt_2", "Figure 1 : ./mrt 2", "Figure 1: ./mrt 2", gradient),
-    Figure("figure_1_mrt_3", "Figure 1 : ./mrt 3", "Figure 1: ./mrt 3", landscape),
+    Figure("figure_1_mrt_0", red),
+    Figure("figure_1_mrt_1", rectangle),
+    Figure("figure_1_mrt_2", gradient),
+    Figure("figure_1_mrt_3", landscape),
     Figure(
         "figure_3",
-        "Figure 3 : direction des rayons lumineux",
-        "Figure 3: direction of the rays",
         directions,
     ),
     Figure(
         "figure_4",
-        "Figure 4 : une couleur unie par objet",
-        "Figure 4: one flat colour per object",
         of_scene(0, shading=False),
     ),
     Figure(
         "figure_5",
-        "Figure 5 : éclairage de Blinn-Phong",
-        "Figure 5: Blinn-Phong lighting",
         of_scene(0, shadows=False, **DIRECT),
     ),
     Figure(
         "figure_6_left",
-        "Figure 6, à gauche : les ombres",
-        "Figure 6, left: shadows",
         of_scene(0, **DIRECT),
     ),
     Figure(
         "figure_6_right",
-        "Figure 6, à droite : l'acné (epsilon nul)",
-        "Figure 6, right: acne (epsilon 0)",
         of_scene(0, epsilon=0, **DIRECT),
     ),
     Figure(
         "figure_7_left",
-        "Figure 7, à gauche : reflets selon ks",
-        "Figure 7, left: reflection by ks",
         of_scene(0, fresnel=False),
     ),
     Figure(
         "figure_7_right",
-        "Figure 7, à droite : reflets selon Fresnel",
-        "Figure 7, right: reflection by Fresnel",
         of_scene(0),
     ),
     Figure(
         "figure_8_left",
-        "Figure 8, à gauche : scène 0, 3 x 3 par pixel",
-        "Figure 8, left: scene 0, 3 x 3 per pixel",
         of_scene(0, samples=3),
     ),
     Figure(
         "figure_8_right",
-        "Figure 8, à droite : scène 4, 3 x 3 par pixel",
-        "Figure 8, right: scene 4, 3 x 3 per pixel",
         of_scene(4, samples=3),
     ),
     Figure(
         "figure_9",
-        "Figure 9 : sphères procédurales (scène 8)",
-        "Figure 9: procedural spheres (scene 8)",
         of_scene(8, samples=3),
     ),
     Figure(
         "scene_5",
-        "Scène 5 : cylindres et cônes",
-        "Scene 5: cylinders and cones",
         of_scene(5, samples=3),
     ),
     Figure(
         "scene_6",
-        "Scène 6 : damiers et texture",
-        "Scene 6: checkerboards and texture",
         of_scene(6, samples=3),
     ),
-    Figure("scene_7", "Scène 7 : verre et eau", "Scene 7: glass and water", of_scene(7, samples=4)),
+    Figure("scene_7", of_scene(7, samples=4)),
     Figure(
         "scene_9",
-        "Scène 9 : flocon de 66 430 sphères",
-        "Scene 9: flake of 66,430 spheres",
         of_scene(9, samples=3),
     ),
-    Figure("scene_10", "Scène 10 : l'affiche", "Scene 10: the poster", of_scene(10, samples=4)),
+    Figure("scene_10", of_scene(10, samples=4)),
 )
 
 
@@ -242,7 +215,8 @@ def draw(core: Library, figure: Figure) -> SheetPicture:
     """Draw one figure in a process of its own. Raises Died."""
     with core.session(LIMITS) as s:
         pixels = to_pixels(figure.paint(core, s), *size(core))
-    return SheetPicture(figure.french, figure.english, pixels)
+    captions = tuple(Texts(each).say(f"drawn.{figure.name}") for each in COMPLETE)
+    return SheetPicture(captions, pixels)
 
 
 def draw_all(build: Path, width: int) -> None:

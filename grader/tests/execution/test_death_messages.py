@@ -5,7 +5,9 @@ Not the sanitizers' words, nor a question about what the function computes.
 
 from __future__ import annotations
 
+import json
 import re
+from dataclasses import replace
 
 import pytest
 
@@ -136,3 +138,14 @@ def test_each_end_has_a_question_of_its_own_kind() -> None:
     assert death_messages.question(Message("death.null"), texts, 2).startswith("Affichez")
     assert death_messages.question(Message("failure.result"), texts) == ""
     assert death_messages.question(None, texts) == ""
+
+
+def test_what_is_kept_of_a_death_is_what_its_sentence_tells() -> None:
+    """No address, and no number of a process, that another run of the same code would not have."""
+    word = "runtime error: store to null pointer of type 'int'"
+    death = replace(_death(*CALLERS, word=word), text="==36==WARNING: 0x7ffd01", seconds=0.17)
+    placed = death_messages.placed(death_messages.message(death, "f()"), death.location)
+    assert set(placed.values) == {"call", "place"}
+    row = json.dumps(placed.as_row())
+    assert "trace_ray" in row
+    assert "36" not in row
