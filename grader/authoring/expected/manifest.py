@@ -29,6 +29,14 @@ def put(folder: Path, files: Mapping[str, bytes], rules: Mapping[str, Any]) -> d
     }
 
 
+def drop(folder: Path, name: str) -> None:
+    """Take a file out of a folder and its manifest, if it is there. Raises ExpectedError."""
+    manifest = read_manifest(folder)
+    manifest["files"].pop(name, None)
+    write_manifest(folder, manifest)
+    (folder / name).unlink(missing_ok=True)
+
+
 def merge(folder: Path, files: Mapping[str, bytes], rules: Mapping[str, Any]) -> None:
     """Put files into a folder and its manifest; the others stay. Raises ExpectedError, OSError."""
     manifest = read_manifest(folder)

@@ -10,13 +10,14 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from grader.authoring.expected import mistake_bank
-from grader.authoring.expected.manifest import merge, write_manifest
+from grader.authoring.expected.manifest import drop, merge, write_manifest
 from grader.authoring.expected.pictures import lineup, make
 from grader.authoring.expected.suites import file_of, recipes, suites
 from grader.authoring.specimens import mistakes
 from grader.checking.expected_data import read_manifest
 from grader.checking.pictures import expected_files
-from grader.checking.pictures.plan import JUDGED, SCENES, everything
+from grader.checking.pictures.candidates import name_of
+from grader.checking.pictures.plan import JUDGED, SCENES, ExpectedPicture, everything
 from grader.course.message import GraderError
 from grader.execution.session import Library
 
@@ -57,7 +58,7 @@ def store_picture(folder: Path, name: str) -> None:
     merge(place, *make.picture_files(pictures[name]))
     if pictures[name] in JUDGED:
         # What mistakes draw is told from what is accepted.
-        merge(place, *lineup.files(folder, pictures[name]))
+        _store_mistakes_of(folder, pictures[name])
 
 
 def store_mistake(folder: Path, name: str, cache: Path = mistake_bank.CACHE) -> None:
@@ -71,10 +72,20 @@ def store_mistake(folder: Path, name: str, cache: Path = mistake_bank.CACHE) -> 
     place = folder / expected_files.FOLDER
     for picture in JUDGED:
         if lineup.is_of(folder, known[name], picture):
-            merge(place, *lineup.files(folder, picture))
+            _store_mistakes_of(folder, picture)
     manifest, now = read_manifest(place), lineup.fingerprints()
     manifest["mistakes"] |= {name: now[name]} if name in now else {}
     write_manifest(place, manifest)
+
+
+def _store_mistakes_of(folder: Path, picture: ExpectedPicture) -> None:
+    """Make the file of the mistakes that show in a picture again; none where none does."""
+    files, rules = lineup.files(folder, picture)
+    place = folder / expected_files.FOLDER
+    if files:
+        merge(place, files, rules)
+    else:
+        drop(place, name_of(picture.name))
 
 
 def _expect_known(what: str, name: str, known: Iterable[str]) -> None:

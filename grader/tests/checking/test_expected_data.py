@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from grader.authoring.expected import command, mistake_bank
+from grader.authoring.expected.pictures import lineup, make
 from grader.authoring.specimens import mistakes
 from grader.checking import describe
 from grader.checking.comparison import Answers, Wrong, far, unit
@@ -121,6 +122,23 @@ def test_a_picture_is_made_alone(copy: Path, name: str) -> None:
             path.write_bytes(b"")
     assert command.main(["--out", str(copy), "--picture", name]) == 0
     assert contents(copy) == before
+
+
+def test_a_picture_in_which_no_mistake_shows_has_no_file_of_them(
+    copy: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One that was there goes, from the manifest too; nothing else changes."""
+    monkeypatch.setattr(lineup, "files", lambda folder, picture: ({}, {}))
+    monkeypatch.setattr(make, "picture_files", lambda picture: ({}, {}))
+    before = contents(copy)
+    assert command.main(["--out", str(copy), "--picture", "scene1.flat"]) == 0
+    after, gone = contents(copy), "scene1.flat.mistakes.npz"
+    assert before.keys() - after.keys() == {f"pictures/{gone}"}
+    index = "pictures/manifest.json"
+    assert {name for name in after if after[name] != before[name]} == {index}
+    files = json.loads(before[index])["files"]
+    del files[gone]
+    assert json.loads(after[index])["files"] == files
 
 
 @pytest.mark.parametrize(
