@@ -8,7 +8,8 @@ It is the students' archive with a workflow for GitHub (and GitHub Classroom) an
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping, Sequence
+import contextlib
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from textwrap import indent
 
@@ -57,6 +58,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--comments", choices=LANGUAGES, help="their language, if not the course's")
     options = parser.parse_args(arguments)
     try:
+        _expect_empty(options.out)  # before what takes long
         language = options.comments or settings.load().language
         files = repository(language)
         write(options.out, files)
@@ -92,11 +94,23 @@ def _margins(text: str) -> Mapping[str, str]:
 
 
 def write(folder: Path, files: Mapping[str, bytes]) -> None:
-    """Write the files into a folder that is empty, or not there. Raises ForgeError."""
-    try:
-        if folder.exists() and any(folder.iterdir()):
-            raise ForgeError("forge.not_empty", path=folder)
+    """Write the files into a folder. Raises ForgeError."""
+    with _named(folder):
         for path, content in files.items():
             write_whole(folder / path, content)
+
+
+def _expect_empty(folder: Path) -> None:
+    """Raise ForgeError unless a folder is empty, or not there."""
+    with _named(folder):
+        if folder.exists() and any(folder.iterdir()):
+            raise ForgeError("forge.not_empty", path=folder)
+
+
+@contextlib.contextmanager
+def _named(folder: Path) -> Iterator[None]:
+    """Have a folder that cannot be used named. Raises ForgeError."""
+    try:
+        yield
     except OSError as error:
         raise ForgeError("forge.cannot_write", path=folder, error=error.strerror) from error
