@@ -52,7 +52,7 @@ __all__ = [
     "source",
 ]
 
-_DRAWINGS = ("tp1", "tp2", "tp3", "tp4", "tp4_octree", "tp5")
+_DRAWINGS = ("tp1", "tp2", "tp3", "tp4", "tp4_octree", "tp5", "tp5_samples", "vectors")
 
 if stopped.install():
     scratch.use()  # what a kernel that is killed leaves there, the next one removes

@@ -34,8 +34,19 @@ SECONDS = 180  # of one cell
 SHOWN = ["text/html", "text/markdown", "image/svg+xml", "image/png", "text/plain"]
 # Scripts that would be fetched: for formulas, which are MathML, and widgets, which are not there.
 OUTSIDE = re.compile(r'<script src="https://[^>]*>\s*</script>')
-# On paper nothing can be scrolled: long lines of code are broken.
-PRINTED = "<style>@media print { .highlight pre { white-space: pre-wrap } }</style>"
+# On paper nothing can be scrolled or unfolded: long lines of code are broken, what is folded is
+# open, and a cell's code stays with what it shows.
+PRINTED = """\
+<style>@media print {
+  .highlight pre { white-space: pre-wrap }
+  .jp-CodeCell, .jp-OutputArea-output, details { break-inside: avoid }
+  .jp-Cell-inputWrapper { break-after: avoid }
+}</style>
+<script>
+addEventListener("beforeprint", () => {
+  for (const each of document.querySelectorAll("details")) each.open = true;
+});
+</script>"""
 IMAGE = re.compile(r"\]\((\.\./images/[\w.]+\.png)\)")
 
 

@@ -1,4 +1,4 @@
-"""Drawings for TP5's notebook: Fresnel's curves, samples of a pixel, refraction, a fractal.
+"""Drawings for TP5's notebook: Fresnel's curves, refraction, a fractal.
 
 Those that take `core` draw what the student's own functions answer.
 """
@@ -12,7 +12,6 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 
 from grader.lab.bridge.core import Core
-from grader.lab.display import plots
 from grader.lab.display.card import Shown, table
 from grader.lab.display.picture import draw, figure, new_figure, show
 from grader.lab.display.plots import (
@@ -30,7 +29,6 @@ from grader.lab.display.plots import (
 )
 
 Array = npt.NDArray[Any]
-Zone = tuple[int, int, int, int]  # first column, first row, columns, rows
 
 COARSE = (160, 90)  # pixels: enough for maps that need many calls
 ANGLES = np.linspace(0, 90, 181)  # degrees from the normal
@@ -38,11 +36,6 @@ ANGLES = np.linspace(0, 90, 181)  # degrees from the normal
 INDICES = {"tp5.water": 1.33, "tp5.glass": 1.5, "tp5.diamond": 2.42}
 GOLD, SILVER = (1.0, 0.77, 0.34), (0.95, 0.93, 0.88)
 HALF = 0.5  # of the light: there a floor counts as a mirror
-FRAME = (640, 360)  # pixels of the picture whose zones these are
-EDGE: Zone = (148, 76, 56, 42)  # the red ball of scene 0
-HIGHLIGHT: Zone = (179, 99, 16, 12)  # on that ball
-GLASS: Zone = (196, 124, 56, 42)  # the ball of glass of scene 7
-SIDES, BEST = (1, 2, 3, 4, 6, 8), 20  # samples per side of a pixel; those of the truth
 AIR = 1.0
 
 
@@ -148,101 +141,6 @@ def probe(core: Core, i: int = 100, j: int = 200) -> Shown:
     found = sentence("tp5.found", share=number(share, 2), **values)
     curve.set_title(found, fontsize=10)
     return figure(drawn, sentence("tp5.probe_alt", i=i, j=j, found=found))
-
-
-# ---- Samples ------------------------------------------------------------------------------------
-
-
-def _grid(zone: Zone) -> tuple[Array, Array]:
-    """Return the columns and the rows of the pixels of a zone, each of shape (rows, columns)."""
-    i0, j0, columns, rows = zone
-    i, j = np.meshgrid(np.arange(i0, i0 + columns), np.arange(j0, j0 + rows))
-    return i, j
-
-
-def _corners(zone: Zone) -> Zone:
-    """Return the first column and row of a zone, and the last ones."""
-    i0, j0, columns, rows = zone
-    return (i0, j0, i0 + columns - 1, j0 + rows - 1)
-
-
-def _placed(zone: Zone, colors: Array) -> Array:
-    """Return a whole picture that holds the colours of a zone, black elsewhere."""
-    picture = np.zeros((FRAME[1], FRAME[0], 3))
-    picture[_grid(zone)[::-1]] = colors
-    return picture
-
-
-def _averaged(core: Core, zone: Zone, side: int) -> Array:
-    """Return the student's pixel_color of a zone of the scene in use, `side` x `side` samples."""
-    core.options(samples=side)
-    try:
-        return np.asarray(core.pixel_color(*_grid(zone), size=FRAME))
-    finally:
-        core.options()
-
-
-def edges(core: Core, samples: int = 1) -> Shown:
-    """Show the red ball of scene 0, pixel by pixel, as the student's pixel_color draws it."""
-    core.scene(0)
-    picture = _placed(EDGE, _averaged(core, EDGE, samples))
-    title = sentence("tp5.edges_title", side=samples, count=samples**2)
-    return show(
-        picture, title, zoom=_corners(EDGE), grid=False, alt=sentence("tp5.edges_alt", title=title)
-    )
-
-
-def clamp_order(core: Core, side: int = 3) -> Shown:
-    """Compare two means of the same samples on a highlight: clamped before, clamped after."""
-    core.scene(0)
-    i, j = _grid(HIGHLIGHT)
-    place = (np.arange(side) + 0.5) / side
-    x = i[..., None, None] + place
-    y = j[..., None, None] + place[:, None]
-    rays = core.camera_ray(*np.broadcast_arrays(x, y), size=FRAME)
-    colors = np.asarray(core.trace_ray(rays, size=FRAME))
-    drawn, axes = new_figure(2, 1, (9.5, 4.2))
-    before = np.clip(colors, 0, 1).mean(axis=(2, 3))
-    after = np.clip(colors.mean(axis=(2, 3)), 0, 1)
-    whites = []
-    for each, picture, key in zip(axes, (before, after), ("before", "after"), strict=True):
-        placed = _placed(HIGHLIGHT, picture)
-        draw(each, placed, sentence(f"tp5.{key}"), zoom=_corners(HIGHLIGHT), grid=False)
-        whites.append(number(int((picture.min(axis=-1) > 0.99).sum()), 0))
-    top = number(float(colors.max()), 1)
-    drawn.suptitle(sentence("tp5.brightest", top=top), fontsize=10)
-    return figure(drawn, sentence("tp5.clamp_alt", before=whites[0], after=whites[1], top=top))
-
-
-def error_curve(core: Core, scene: int = 0) -> Shown:
-    """Draw the error of a zone of the picture against the number of samples, and its slope."""
-    zone = GLASS if scene == 7 else EDGE
-    core.scene(scene)
-    truth = _averaged(core, zone, BEST)
-    errors = [_rms(_averaged(core, zone, side) - truth) for side in SIDES]
-    counts = np.array([side**2 for side in SIDES])
-    drawn, (seen, curve) = new_figure(2, 1, (9.5, 3.8))
-    picture = _placed(zone, _averaged(core, zone, 2))
-    draw(seen, picture, sentence("tp5.zone", scene=scene), zoom=_corners(zone), grid=False)
-    curve.set(xlabel=sentence("tp5.samples"), ylabel=sentence("tp5.error"))
-    if min(errors) > 0:
-        slope = float(np.polyfit(np.log(counts), np.log(errors), 1)[0])
-        curve.loglog(counts, errors, "o-", color=BLUE)
-        curve.loglog(counts, errors[0] / np.sqrt(counts), ":", color=GREY, label="-1/2")
-        curve.loglog(counts, errors[0] / counts, "--", color=GREY, label="-1")
-        curve.set_xticks(counts, [str(each) for each in counts])
-        curve.set_xticks([], minor=True)
-        curve.legend(title=sentence("tp5.slopes"), fontsize=8)
-        title = sentence("tp5.slope", slope=number(slope, 2))
-    else:
-        title = sentence("tp5.no_error")
-    curve.set_title(title)
-    told = " ; ".join(plots.digits(each, 2) for each in errors)
-    return figure(drawn, sentence("tp5.error_alt", scene=scene, errors=told, title=title))
-
-
-def _rms(difference: Array) -> float:
-    return float(np.sqrt(np.mean(np.square(difference, dtype=np.float64))))
 
 
 # ---- Refraction ---------------------------------------------------------------------------------

@@ -16,7 +16,7 @@ CRASH = f"{LINE} *(volatile int *)0 = 1;"
 # How the cells of TP2's notebook begin that this session looks at.
 SLIDER = "slider(tp2.sphere_curve"
 FIGURE = "picture = core.render(scene=0"  # and a comparison with figure 4
-PREDICTION = 'predict("tp2.red_side"'
+PREDICTION = 'predict("tp2.tests_of_a_pixel"'
 CHECK = 'check("TP2.6")'
 
 

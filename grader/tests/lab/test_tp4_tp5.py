@@ -10,7 +10,7 @@ import pytest
 
 from grader.lab import Core, Stopped
 from grader.lab.bridge.counting import counter
-from grader.lab.drawings import tp4, tp4_octree, tp5
+from grader.lab.drawings import tp4, tp4_octree, tp5, tp5_samples
 
 Edit = Callable[[str, str, str], None]
 
@@ -111,7 +111,7 @@ def test_noise_falls_more_slowly_than_stair_steps(core: Core) -> None:
     """Random choices have slope -1/2; a regular grid along an edge is steeper."""
     slopes = []
     for scene in (0, 7):
-        found = re.search(r"slope: (-\d\.\d+)", tp5.error_curve(core, scene).text)
+        found = re.search(r"slope: (-\d\.\d+)", tp5_samples.error_curve(core, scene).text)
         assert found
         slopes.append(float(found[1]))
     assert slopes[0] < -0.65

@@ -13,7 +13,7 @@ from grader.course.exercises import CORE, ROOT
 from grader.lab import Core, show
 from grader.lab.display import plots
 from grader.lab.display.card import Shown
-from grader.lab.drawings import tp1, tp2, tp3
+from grader.lab.drawings import tp1, tp2, tp3, vectors
 
 
 @pytest.fixture(scope="module")
@@ -53,6 +53,7 @@ PLAIN: list[Callable[[], Shown]] = [
     tp3.lobe,
     tp3.normalisation,
     tp3.floor_and_int,
+    vectors.products,
 ]
 
 
@@ -147,6 +148,12 @@ def test_where_a_ray_meets_a_plane() -> None:
 def test_where_a_ray_meets_a_cylinder(tilt: int, entry: str, leave: str) -> None:
     """TP2's prediction, at 45 degrees, and the two ends of the slider."""
     assert f"It enters by the {entry} and leaves by the {leave}." in tp2.cylinder_section(tilt).text
+
+
+def test_products_of_two_vectors() -> None:
+    """At 60 degrees and at a right angle."""
+    assert "Dot product: 1; length of the cross product: 1.73." in vectors.products(60, 2).text
+    assert "Dot product: 0; length of the cross product: 0.5." in vectors.products(90, 0.5).text
 
 
 def test_camera(core: Core) -> None:

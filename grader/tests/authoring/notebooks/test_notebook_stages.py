@@ -74,9 +74,9 @@ def faults(exercise: str, text: str, reached: str, mistake: str) -> list[str]:
     told = [] if any(leads.values()) else [f"{exercise}: {text}"]
     if not later and wrong and not leads["wrong"]:
         told.append(f"{exercise} is wrong: {text}")
-    # Of the TPs before nothing is known here: their notebooks were not run.
-    behind = ORDER[here - 1 :: -1] if here else []
-    if led and led[1] in behind and led[1].partition(".")[0] == exercise.partition(".")[0]:
+    # What comes later, and the TPs whose notebooks were not run, may be looked at.
+    known = [each for each in ORDER[: ORDER.index(exercise)] if each[:3] == exercise[:3]]
+    if led and led[1] in known and led[1] != reached:
         told.append(f"{exercise} leads back to {led[1]}")
     return told
 

@@ -132,6 +132,8 @@ def test_a_tp_has_its_parts(language: str, tp: int) -> None:
     first = cells(language, name)[0].source
     assert re.search("90 minutes|trois heures|three hours", first)
     assert "../images/" in first
+    written = RULES.exercises[[each.tp for each in RULES.exercises].index(tp)].file
+    assert f"](../../core_c/{written})" in first  # it opens beside
     assert "| `" in text
     assert FURTHER[language] in text
     contracts = text[text.index(CONTRACTS[language]) :]
