@@ -5,21 +5,27 @@ from __future__ import annotations
 import json
 import shutil
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from grader import commands
-from grader.authoring.specimens import mistakes, patches
+from grader.authoring.specimens import faulty, mistakes, patches
 from grader.build import compiler_run
-from grader.course import texts
+from grader.course import exercises, texts
+from grader.course.exercises import read_toml
 from grader.course.message import Message
+from grader.course.sizes import sizes_for
 from grader.course.texts import Texts
+from grader.evaluation.pipeline import report_of, run_checks
+from grader.execution.libraries import Libraries
+from grader.intake.submission import read_submission
 from grader.report import again, page, results, schema
 from grader.tests.support.outputs import outputs
 from grader.tests.support.reports import every_outcome
+from grader.tests.support.sampling import sampled
 
 CRASH = "    *(volatile int *)0 = 3;\n"
 TAUGHT = {"fr": "Cherchez la plus petite racine.", "en": "Look for the smaller root."}
@@ -61,6 +67,7 @@ def wrong(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 Grade = Callable[[str], Run]
+Write = Callable[..., Path]
 
 
 @pytest.fixture
@@ -114,6 +121,33 @@ def test_in_the_other_language_it_is_what_grading_in_it_gives(
     assert capsys.readouterr().out == english.said
     assert (english.folder / page.NAME).read_bytes() == page.render(expected, kept).encode()
     assert json.dumps(again.told(content, Texts("en"))) == json.dumps(expected)
+
+
+@pytest.mark.parametrize(
+    "name", sampled(faulty.NAMES, ("many_errors", "warnings", "no_such_header"))
+)
+def test_whatever_is_wrong_is_told_again_alike(name: str, submission: Write, cache: Path) -> None:
+    """In either language and at another level of help, from what was found once."""
+    rules, case = exercises.load(), read_toml(faulty.FOLDER / f"{name}.toml")
+    read = read_submission(faulty.write(case, submission))
+    with Libraries(read, sizes_for(1), cache) as libraries:
+        findings = run_checks(libraries, rules, 1)
+        told = [
+            results.as_json(
+                replace(
+                    report_of(libraries, rules, findings, Texts(language), hint),
+                    graded_at=0.0,
+                    isolation="strong",
+                ),
+                Texts(language),
+            )
+            for language, hint in (("fr", 1), ("en", 1), ("en", 3))
+        ]
+    french, english, direct = (json.loads(json.dumps(each)) for each in told)
+    assert list(schema.faults(french)) == []
+    assert again.told(french, Texts("en")) == english
+    assert again.told(english, Texts("fr")) == french
+    assert again.told(french, Texts("en"), hint=3) == direct
 
 
 def test_a_mended_hint_is_told(
