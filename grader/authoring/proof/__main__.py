@@ -35,6 +35,7 @@ PARTS = {
     "half_written": "half_written",
     "pairs": "pairs",
     "variants": "right",
+    "fresh": "fresh",
     "flakiness": "flaky",
     "mutants": "changes",
 }

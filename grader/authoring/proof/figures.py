@@ -23,7 +23,7 @@ KEYS = (
     *("mutants", "equivalent", "mutation_score", "mutation_score_worst_function"),
     *("variants", "variants_full", "runs", "flaky"),
     *("sentences", "sentences_broken", "breaches", "breaches_caught", "cases", "cases_fair"),
-    *("slips", "slips_caught"),
+    *("slips", "slips_caught", "fresh", "fresh_full"),
 )
 PROOF = FOLDER / "proof.json"
 README = ROOT / "README.md"
@@ -105,6 +105,7 @@ _LINES = (
         " {equivalent:.0f} change nothing",
     ),
     ("{variants:.0f} right solutions written differently", "{variants_full:.0f} have every point"),
+    ("{fresh:.0f} of them on inputs that nobody has seen", "{fresh_full:.0f} have every point"),
     ("{thoughtless:.0f} that are no work", "{thoughtless_earning:.0f} earn points"),
     ("{runs:.0f} grades of the same submissions", "{flaky:.0f} differ"),
 )

@@ -38,19 +38,21 @@ class ProofError(GraderError):
 
 @dataclass(frozen=True)
 class Program:
-    """What is graded: the student's files by name, and how they are built."""
+    """What is graded: the student's files by name, how they are built, and on which inputs."""
 
     id: str
     files: Mapping[str, str]
     flags: tuple[str, ...] = ()
     compiler: str = ""
     with_reference: bool = True  # without: as in a student's copy
+    inputs: Path = FOLDER  # of expected data
 
     @cached_property
     def key(self) -> str:
         """What stands for its content, and for what judges it."""
         built = (self.flags, self.compiler, self.with_reference)
-        return content_key(sorted(self.files.items()), *built, judged_by())
+        fresh = [] if self.inputs == FOLDER else [manifest_of(self.inputs)]
+        return content_key(sorted(self.files.items()), *built, judged_by(), *fresh)
 
     def results(self, cache: Path) -> dict[str, Any]:
         """Grade it; return the content of results.json. Raises ProofError."""
@@ -61,6 +63,7 @@ class Program:
             flags=self.flags,
             compiler=self.compiler,
             with_reference=self.with_reference,
+            inputs=self.inputs,
         )
         if found["incomplete"]:
             errors = [each for each in found["checks"] if each["outcome"] == "error"]
@@ -161,6 +164,14 @@ class GradeCache:
     def path(self, program: Program) -> Path:
         """Return where a program's grade is kept."""
         return self.folder / "grades" / f"{program.key}.json"
+
+
+def manifest_of(inputs: Path) -> str:
+    """Return what stands for a folder of expected data. Raises ProofError."""
+    try:
+        return (inputs / "manifest.json").read_text(encoding="utf-8")
+    except OSError as error:
+        raise ProofError(f"{error.filename}: {error.strerror}; run make prove again") from error
 
 
 @lru_cache(maxsize=1)

@@ -42,6 +42,8 @@ NAMES = {
     "variants_full": "that have every point",
     "variant_builds": "builds of them, by gcc and by clang",
     "variant_builds_full": "that have every point",
+    "fresh": "right solutions on inputs that nobody has seen",
+    "fresh_full": "that have every point",
     "thoughtless": "submissions that are no work",
     "thoughtless_earning": "that earn points",
     "runs": "grades of the same submissions",

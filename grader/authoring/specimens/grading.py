@@ -49,9 +49,13 @@ def results(
     compiler: str = "",
     *,
     with_reference: bool = True,
+    inputs: Path = FOLDER,
 ) -> dict[str, Any]:
-    """Return the content of results.json, but for what changes from one run to the next."""
-    judged = _report(submission, cache, None, flags, compiler, with_reference)
+    """Return the content of results.json, but for what changes from one run to the next.
+
+    `inputs` is a folder of expected data.
+    """
+    judged = _report(submission, cache, None, flags, compiler, with_reference, inputs)
     content = report.as_json(judged, Texts("en"))
     pictures = {
         report.image_name(each, role): hashlib.sha256(content).hexdigest()
@@ -69,11 +73,12 @@ def _report(
     flags: Sequence[str],
     compiler: str,
     with_reference: bool = True,
+    inputs: Path = FOLDER,
 ) -> Report:
     rules = exercises.load()
     chosen = toolchain.find_compiler(compiler)
     with Libraries(submission, sizes_for(tp), cache, chosen, tuple(flags)) as libraries:
-        findings = run_checks(libraries, rules, tp, with_reference=with_reference)
+        findings = run_checks(libraries, rules, tp, None, inputs, with_reference=with_reference)
         return report_of(libraries, rules, findings, Texts("en"))
 
 

@@ -18,6 +18,7 @@ from grader.authoring.proof import (
     contracts,
     figures,
     flaky,
+    fresh,
     grades,
     half_written,
     known,
@@ -171,6 +172,19 @@ def test_a_variant_that_loses_points_is_told() -> None:
     assert right.report([(variant, "two", todo)]).faults
 
 
+def test_other_inputs_make_another_grade(tmp_path: Path) -> None:
+    """What is kept of a program is of its inputs too; one that loses points on them is told."""
+    variant = variants.load()[0]
+    own = Program(variant.id, variant.files())
+    with pytest.raises(ProofError, match=r"manifest\.json: No such file"):
+        _ = replace(own, inputs=tmp_path).key
+    (tmp_path / "manifest.json").write_text("{}", encoding="utf-8")
+    assert replace(own, inputs=tmp_path).key != own.key
+    part = fresh.report([(variant, "11", grade()), (variant, "12", grade(TP4_2=6))])
+    assert part.figures == {"fresh": 2, "fresh_full": 1}
+    assert part.faults[0] == f"{variant.id}: tp4.reflected_ray.direction (failed): …"
+
+
 def test_the_solver_tries_something_for_every_function() -> None:
     """But where a constant is the answer, and in the student's own drawing."""
     names = {name for each in RULES.exercises for name in each.functions}
@@ -318,6 +332,7 @@ def test_every_figure_has_a_name() -> None:
         half_written.report([]),
         pairs.report([], {}),
         right.report([]),
+        fresh.report([]),
         flaky.report([]),
         nothing.report({nothing.SKELETON: grade()}),
         changes.report(mutants_report(9, 0)),
