@@ -18,7 +18,7 @@ from grader.tests.support.sampling import sampled
 
 NAMES = sorted(path.stem for path in (NOTEBOOKS / "fr").glob("*.ipynb"))
 REFERENCE = ROOT / "reference"
-PICTURE = r'<img\b[^>]*>|<svg role="img"[^>]*>'
+PICTURE = r'<img\b[^>]*>|<svg\b[^>]*\brole="img"[^>]*>'
 DONE, TO_DO, WRONG = "✓", "○", "✗"
 
 EACH = [f"{language}/{name}" for name in NAMES for language in LANGUAGES]
