@@ -15,6 +15,7 @@ _CELL = (
     "text-align:left;padding:.15em .7em .15em 0;vertical-align:top;max-width:34em;"
     "overflow-wrap:anywhere"  # where there is little room, rather than a second scroll bar
 )
+_HEAD = f"{_CELL};min-width:min(5.5em,7vw)"  # a column's name is whole where there is room
 _PRE = (
     "font-family:var(--jp-code-font-family, monospace);"
     "white-space:pre;overflow-x:auto;margin:.4em 0"
@@ -83,7 +84,7 @@ def table(heads: Sequence[str], rows: Sequence[Sequence[Shown | str]]) -> Shown:
         "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
         for row in plain
     )
-    head = "".join(f'<th scope="col" style="{_CELL}">{escape(each)}</th>' for each in heads)
+    head = "".join(f'<th scope="col" style="{_HEAD}">{escape(each)}</th>' for each in heads)
     body = "".join(
         "<tr>" + "".join(f'<td style="{_CELL}">{_cell(each)}</td>' for each in row) + "</tr>"
         for row in rows
@@ -98,4 +99,5 @@ def stack(parts: Sequence[Shown]) -> Shown:
 
 
 def _cell(cell: Shown | str) -> str:
-    return cell.html if isinstance(cell, Shown) else escape(cell)
+    """Return the HTML of a cell; a name of C is broken at its underscores first."""
+    return cell.html if isinstance(cell, Shown) else escape(cell).replace("_", "_<wbr>")
