@@ -26,11 +26,20 @@ _ERRORS = (
     ("build.twice", r"redefinition of"),
     ("build.arguments", r"too (?:few|many) arguments to function"),
     ("build.operands", r"invalid operands to binary"),
+    ("build.arrow", r"is a pointer; did you mean to use [‘']->[’']"),
+    ("build.dot", r"invalid type argument of ‘->’|is not a pointer; did you mean to use '\.'"),
     ("build.off_switch", r"switches the sanitizers off"),
     ("build.slow", r"^compiling takes too long"),
     ("build.huge", r"^what is made of it takes more than"),
     ("build.gives_up", r"^the compiler gives up"),
 )
+# A structure where its address is wanted, or the other way round: gcc tells the type that is wanted
+# and the one that is given, clang the cure.
+_TYPES = re.compile(r"expected ‘([^’]+)’(?: {aka [^}]*})? but argument is of type ‘([^’]+)’")
+_CURES = {
+    **dict.fromkeys(("; dereference with *", "; remove &"), "build.value"),
+    **dict.fromkeys(("; take the address", "; remove *"), "build.address"),
+}
 _STORAGE = re.compile(r"invalid storage class for function")
 # A character that C does not know; the compilers write it as its number.
 _STRAY = re.compile(r"stray [‘']|unexpected character|not allowed in an identifier|extended char")
@@ -98,12 +107,28 @@ def of_error(message: str, lines: Sequence[str], function: str) -> Message | Non
     if _STORAGE.search(message):
         key = "build.brace_in" if function else "build.brace"
         return Message(key, {"name": function})
+    if way := _address_or_value(message, lines):
+        return Message(way, {"name": ""})
     for key, pattern in _ERRORS:
         if found := re.search(pattern, message):
             quoted = _QUOTED.search(message)
             name = (found.re.groups and found[1]) or (quoted[1] if quoted else "")
             return Message(key, {"name": name})
     return None
+
+
+def _address_or_value(message: str, lines: Sequence[str]) -> str:
+    """Return the key of what a parameter wants that was given the other; "" when it is neither."""
+    for cure, way in _CURES.items():
+        if cure in message:
+            return way
+    if found := next(filter(None, map(_TYPES.search, lines)), None):
+        wanted, given = (each.removeprefix("const ") for each in found.groups())
+        if given == f"{wanted} *":
+            return "build.value"
+        if wanted == f"{given} *":
+            return "build.address"
+    return ""
 
 
 def of_warning(message: str, word: str, function: str) -> Message | None:

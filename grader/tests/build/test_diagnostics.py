@@ -171,6 +171,26 @@ def test_a_constant_with_a_semicolon_is_told_where_it_is_used(
     ]
 
 
+ADDRESSES = {
+    "ray_at(r, 1.f)": "value",
+    "vector_add(ray_at(*r, 1.f), &r->dir)": "value",
+    "trace_ray(*r)": "address",
+    "surface_color(*it)": "address",
+    "vector_float_mul(r.tmax, r->dir)": "arrow",
+    "vector_float_mul(it->position->x, r->dir)": "dot",
+}
+
+
+@pytest.mark.parametrize("compiler", COMPILERS)
+@pytest.mark.parametrize("call", ADDRESSES)
+def test_a_value_and_its_address_are_told_apart(call: str, compiler: str, tmp_path: Path) -> None:
+    """Which of the two is wanted, a star, an ampersand, a dot or an arrow."""
+    head = "vec3 f(ray *r, const intersection *it);\nvec3 f(ray *r, const intersection *it)"
+    source = f'#include "raytracer.h"\n{head} {{ (void)it; return {call}; }}\n'
+    found = [each.meaning() for each in diagnostics.errors(said(source, compiler, tmp_path))]
+    assert [each.key for each in found if each] == [f"build.{ADDRESSES[call]}"]
+
+
 def test_clangs_words_for_a_stray_character_are_known(tmp_path: Path) -> None:
     """It names the character by its number."""
     source = solution()["raytracer.c"].replace("object_count; k++", "object_count \u2212 0; k++")

@@ -30,6 +30,7 @@ PIECES = (
     *(":", "=", "==1", "==1==", ": runtime error: ", "x: runtime error: ", "a.c:1:1", "(", "(+0x"),
     *("(a+0x1", "   #1 (", " ", "\n", "\n ", "ERROR: AddressSanitizer", "value 190, ", "expected "),
     *("0xbebebe", "index -", "multiple definition of `", "‘", "undefined symbol: ", "/", "a.", "_"),
+    *("expected ‘", "expected ‘a’ {aka ", "a:1:1: note: expected ‘"),
     *("no member named ‘", "from ", "'", '"', '\\"', "/*", "*/", "//", "#if 0 /*", "__asan_", "\\"),
     *("Nom : ", "groupe", "groupe:", "1", "1 ", "12345", ",", "\t", "Nom", "_1_assignsubmission_"),
     *("False positive error reports may follow", "For details see https://github.com/google/"),
@@ -61,7 +62,7 @@ READERS: dict[str, tuple[int, Callable[[str], object]]] = {
         ],
     ),
     "_HEAD _QUOTED _INCLUDED _INSIDE _GUTTER _NAMED _STORAGE _STRAY _POINT _MACRO _OPTION _CARET"
-    " _CONSTANT": (
+    " _CONSTANT _WANTED _TYPES": (
         40_000,
         lambda text: [
             (each.meaning(), diagnostics.errors(said), diagnostics.advice(said))
