@@ -95,7 +95,8 @@ class Follower:
         self._said.clear()
         self._tell(state=say("live.building"), verdicts=NOTHING)
         self._draw()
-        if not self.core.engine.errors:  # nothing more can be said of what does not compile
+        # Nothing more can be said of what does not compile, and each check would wait for a loop.
+        if not (self.core.engine.errors or self.core.engine.is_endless):
             self._judge_changes()
         return True
 

@@ -89,9 +89,13 @@ def test_what_does_not_compile_keeps_the_picture(follower: Follower, edit: Edit)
 def test_a_crash_and_a_loop_are_sentences(
     follower: Follower, edit: Edit, act: str, words: str
 ) -> None:
-    """They name the line; a loop is met once, in the coarse picture, and not waited for again."""
+    """They name the line; a loop is met once, in the coarse picture, and not waited for again.
+
+    Not by the checks either: they look once it is gone.
+    """
     edit("raytracer.c", DOT, f"{DOT} {act}")
     ended = after(follower)[-1]
+    assert bool(ended.verdicts.text) == ("does not end" not in words)
     assert words in ended.told.text
     assert "(raytracer.c:" in ended.told.text
     assert "no new picture" in ended.state
