@@ -1,4 +1,4 @@
-"""Calls whose rays bounce: moved they are the same, and what rounding decides is left out."""
+"""Stored calls have one right answer: what rounding decides is left out."""
 
 from __future__ import annotations
 
@@ -74,6 +74,18 @@ def test_objects_of_every_type_move_with_the_calls(maker: Maker) -> None:
     assert (before.max(axis=1) > 0.05).all()
     assert not far(after, before, CLOSE).any()
     assert np.allclose(rays["orig"], starts)  # the first are as they were
+
+
+def test_no_cone_is_met_at_its_tip(core: Library) -> None:
+    """There a rounding turns the normal by more than is allowed, whichever the inputs are."""
+    (front,) = [each for each in recipes() if each.name == "intersect_cone.front"]
+    with core.session(Limits(cpu=60)) as session:
+        (question,) = front.suite(core, session, 14).questions
+    cone, answer = question.batch.args["obj"], question.batch.answers[0]
+    tip = cone["base"] + cone["axis"] * cone["length"][:, None]
+    away = np.linalg.norm(answer.out["it"]["position"] - tip, axis=1)
+    assert len(away) > 50
+    assert (away > 0.2 * cone["length"]).all()
 
 
 @pytest.mark.parametrize("seed", [4, 11])
