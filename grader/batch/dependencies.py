@@ -44,9 +44,8 @@ def _common(settings: Settings) -> dict[str, str]:
     rules, words = course.load(), sentences(settings.language)
     grading = (rules.dialect, rules.opened, rules.count_closed)
     asked = (settings.isolation, settings.gallery)
-    deaths = sorted(
-        key for key in words if key.startswith("death.")
-    )  # one that has none is "other"
+    # A death that has no sentence is told as another one.
+    deaths = sorted(key for key in words if key.startswith("death."))
     telling = [each.read_bytes() for each in own if _only_tells(each)]
     return {
         "grader": content_key(

@@ -6,7 +6,6 @@ function of this folder that looks at them (`helper`); or it names a picture, an
 
 from __future__ import annotations
 
-import difflib
 import importlib
 from collections.abc import Callable, Iterable
 from functools import partial
@@ -16,6 +15,7 @@ from grader.checking.pictures.plan import ExpectedPicture, everything
 from grader.checking.student import Student
 from grader.checks.common import check_answers
 from grader.course.exercises import Line, ManifestError
+from grader.course.nearest import nearest
 
 Act = Callable[[Student], None]
 
@@ -58,7 +58,7 @@ def _helper(check: str, name: str) -> Callable[..., None]:
 
 
 def _unknown(check: str, what: str, name: str, known: Iterable[str]) -> ManifestError:
-    near = "".join(difflib.get_close_matches(name, known, 1, 0))
+    near = nearest(name, known)
     return ManifestError(
         f"exercises.toml: {check}: there is no {what} {name}; the nearest is {near}"
     )

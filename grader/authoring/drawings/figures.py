@@ -151,59 +151,20 @@ FIGURES = (
     Figure("figure_1_mrt_1", rectangle),
     Figure("figure_1_mrt_2", gradient),
     Figure("figure_1_mrt_3", landscape),
-    Figure(
-        "figure_3",
-        directions,
-    ),
-    Figure(
-        "figure_4",
-        of_scene(0, shading=False),
-    ),
-    Figure(
-        "figure_5",
-        of_scene(0, shadows=False, **DIRECT),
-    ),
-    Figure(
-        "figure_6_left",
-        of_scene(0, **DIRECT),
-    ),
-    Figure(
-        "figure_6_right",
-        of_scene(0, epsilon=0, **DIRECT),
-    ),
-    Figure(
-        "figure_7_left",
-        of_scene(0, fresnel=False),
-    ),
-    Figure(
-        "figure_7_right",
-        of_scene(0),
-    ),
-    Figure(
-        "figure_8_left",
-        of_scene(0, samples=3),
-    ),
-    Figure(
-        "figure_8_right",
-        of_scene(4, samples=3),
-    ),
-    Figure(
-        "figure_9",
-        of_scene(8, samples=3),
-    ),
-    Figure(
-        "scene_5",
-        of_scene(5, samples=3),
-    ),
-    Figure(
-        "scene_6",
-        of_scene(6, samples=3),
-    ),
+    Figure("figure_3", directions),
+    Figure("figure_4", of_scene(0, shading=False)),
+    Figure("figure_5", of_scene(0, shadows=False, **DIRECT)),
+    Figure("figure_6_left", of_scene(0, **DIRECT)),
+    Figure("figure_6_right", of_scene(0, epsilon=0, **DIRECT)),
+    Figure("figure_7_left", of_scene(0, fresnel=False)),
+    Figure("figure_7_right", of_scene(0)),
+    Figure("figure_8_left", of_scene(0, samples=3)),
+    Figure("figure_8_right", of_scene(4, samples=3)),
+    Figure("figure_9", of_scene(8, samples=3)),
+    Figure("scene_5", of_scene(5, samples=3)),
+    Figure("scene_6", of_scene(6, samples=3)),
     Figure("scene_7", of_scene(7, samples=4)),
-    Figure(
-        "scene_9",
-        of_scene(9, samples=3),
-    ),
+    Figure("scene_9", of_scene(9, samples=3)),
     Figure("scene_10", of_scene(10, samples=4)),
 )
 

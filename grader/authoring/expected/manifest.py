@@ -29,6 +29,11 @@ def put(folder: Path, files: Mapping[str, bytes], rules: Mapping[str, Any]) -> d
     }
 
 
+def changed(now: Mapping[str, str], kept: Mapping[str, str]) -> list[str]:
+    """Return the names of which what something is made of now is not what it was."""
+    return sorted(name for name in now.keys() | kept if now.get(name) != kept.get(name))
+
+
 def drop(folder: Path, name: str) -> None:
     """Take a file out of a folder and its manifest, if it is there. Raises ExpectedError."""
     manifest = read_manifest(folder)

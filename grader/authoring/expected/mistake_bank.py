@@ -15,7 +15,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from grader.authoring.expected.manifest import put, write_manifest
+from grader.authoring.expected.manifest import changed, put, write_manifest
 from grader.authoring.specimens import mistakes
 from grader.authoring.specimens.grading import exercise_findings
 from grader.authoring.specimens.mistakes import Mistake
@@ -70,8 +70,7 @@ def check(folder: Path) -> int:
     """Say whether the bank was made from today's mistakes and suites: 0, or 1 when it was not."""
     stored = read_manifest(folder)
     now = {each.id: fingerprint(each, stored["files"]) for each in mistakes.load()}
-    kept = _made_of(stored)
-    other = sorted(name for name in now.keys() | kept if now.get(name) != kept.get(name))
+    other = changed(now, _made_of(stored))
     if not other:
         return 0
     print(

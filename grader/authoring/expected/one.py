@@ -5,7 +5,6 @@ What the manifest says of the folder, its seed and compiler, stays too: a folder
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -19,6 +18,7 @@ from grader.checking.pictures import expected_files
 from grader.checking.pictures.candidates import name_of
 from grader.checking.pictures.plan import JUDGED, SCENES, ExpectedPicture, everything
 from grader.course.message import GraderError
+from grader.course.nearest import nearest
 from grader.execution.session import Library
 
 
@@ -91,5 +91,5 @@ def _store_mistakes_of(folder: Path, picture: ExpectedPicture) -> None:
 def _expect_known(what: str, name: str, known: Iterable[str]) -> None:
     names = list(known)
     if name not in names:
-        near = difflib.get_close_matches(name, names, 1, 0)
-        raise UnknownNameError(f"{what}={name}: there is none; the nearest is {near[0]}")
+        near = nearest(name, names)
+        raise UnknownNameError(f"{what}={name}: there is none; the nearest is {near}")

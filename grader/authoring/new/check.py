@@ -13,10 +13,10 @@ from grader.authoring.new.edits import (
     behind,
     created,
     in_table,
-    nearest,
     read,
 )
 from grader.course.exercises import ROOT, Exercise, Manifest
+from grader.course.nearest import nearest
 from grader.course.texts import LANGUAGES
 
 MANIFEST = "grader/course/exercises.toml"

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import difflib
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -85,11 +84,6 @@ def in_table(path: str, text: str, table: str, check: str, entry: str) -> str:
             places.append((near, k + 1))
     _, end = max(places, default=(0, start + 1))
     return "".join([*lines[:end], entry, *lines[end:]])
-
-
-def nearest(name: str, known: Iterable[str]) -> str:
-    """Return the name that is most like one."""
-    return "".join(difflib.get_close_matches(name, [*known], 1, 0))
 
 
 def _shared(one: str, other: str) -> int:

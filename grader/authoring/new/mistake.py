@@ -6,9 +6,10 @@ import re
 from collections.abc import Mapping, Sequence
 
 from grader.authoring.new.check import messages_of
-from grader.authoring.new.edits import MARK, Edit, NewError, behind, created, nearest, read
+from grader.authoring.new.edits import MARK, Edit, NewError, behind, created, read
 from grader.authoring.specimens.mistakes import Mistake
 from grader.course.exercises import ROOT, Exercise, Manifest, read_toml
+from grader.course.nearest import nearest
 from grader.course.texts import LANGUAGES
 
 FOLDER = "reference/mistakes"

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from grader.authoring.expected.manifest import changed
 from grader.authoring.expected.pictures import lineup
 from grader.authoring.expected.pictures.calibration import MARGIN, limits
 from grader.authoring.expected.pictures.make import make, maps
@@ -46,8 +47,7 @@ def check(folder: Path) -> int:
     files = {*manifest["files"], "manifest.json"}
     there = {path.name for path in (folder / expected_files.FOLDER).iterdir()}
     drifted = [f"{name}: missing, or not in the manifest" for name in sorted(files ^ there)]
-    now, kept = lineup.fingerprints(), manifest.get("mistakes", {})
-    other = sorted(name for name in now.keys() | kept if now.get(name) != kept.get(name))
+    other = changed(lineup.fingerprints(), manifest.get("mistakes", {}))
     drifted += [f"what the known mistake {name} draws" for name in other]
     with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
         pairs = [(folder, picture) for picture in everything()]
