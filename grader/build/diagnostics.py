@@ -17,7 +17,6 @@ _DUPLICATE = re.compile(r"multiple definition of [`'‘](\w+)['’]")
 CHANGED = "build.changed_signature"
 # A number, or an expression of some, with a semicolon too many.
 _CONSTANT = re.compile(r"\s*#\s*define\s+(\w+)\s+[\w.+\-*/ ()]+;\s*(?:/[/*].*)?$")
-_WANTED = re.compile(r"[^:]+:\d+:\d+: note: (expected ‘.*)")
 _GUTTER = re.compile(r" *\d+ \| ?")
 _CARET = re.compile(r" +(?:\| *)?[~^]")
 
@@ -166,8 +165,6 @@ def _groups(text: str) -> Iterator[tuple[list[str], str]]:
             group, function = [line], now
         elif group and ours:
             group.append(line)
-        elif group and (wanted := _WANTED.match(line)):
-            group.append(f"note: {wanted[1]}")  # of a header that is given, whose path says nothing
     yield from [(group, function)] if group else []
 
 

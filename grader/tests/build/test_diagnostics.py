@@ -186,6 +186,8 @@ ADDRESSES = {
 def test_a_value_and_its_address_are_told_apart(call: str, compiler: str, tmp_path: Path) -> None:
     """Which of the two is wanted, a star, an ampersand, a dot or an arrow."""
     head = "vec3 f(ray *r, const intersection *it);\nvec3 f(ray *r, const intersection *it)"
+    for header in CORE.glob("*.h"):  # beside the code, as in a build
+        shutil.copy(header, tmp_path)
     source = f'#include "raytracer.h"\n{head} {{ (void)it; return {call}; }}\n'
     found = [each.meaning() for each in diagnostics.errors(said(source, compiler, tmp_path))]
     assert [each.key for each in found if each] == [f"build.{ADDRESSES[call]}"]

@@ -62,7 +62,7 @@ READERS: dict[str, tuple[int, Callable[[str], object]]] = {
         ],
     ),
     "_HEAD _QUOTED _INCLUDED _INSIDE _GUTTER _NAMED _STORAGE _STRAY _POINT _MACRO _OPTION _CARET"
-    " _CONSTANT _WANTED _TYPES": (
+    " _CONSTANT _TYPES": (
         40_000,
         lambda text: [
             (each.meaning(), diagnostics.errors(said), diagnostics.advice(said))
