@@ -3,6 +3,7 @@
 The files that students read are written with English comments. `reference/comments/fr/PATH.toml`
 says each of them in French, beside the English one: a comment that changes needs a new translation,
 and `make release` stops until it has one. Only comments are replaced, so the code stays the same.
+Contracts of exercises stand with what else is said of these, in grader/course/messages/fr/.
 """
 
 from __future__ import annotations
@@ -12,9 +13,11 @@ from collections.abc import Iterator, Mapping
 
 from grader.course.exercises import ROOT, read_toml
 from grader.course.message import UserError
+from grader.course.settings import MESSAGES
 from grader.setup import c_text
 
 FOLDER = ROOT / "reference" / "comments"
+CONTRACTS = "core_c/exercises.h"
 SOURCE = "en"  # what the files are written in
 
 # Whole lines, but for those that end in nothing else: `##` introduces the help of make.
@@ -68,10 +71,11 @@ def in_language(path: str, text: str, language: str) -> str:
 
 def catalogue(path: str, language: str) -> dict[str, str]:
     """Return the translations of a file's comments, by what they translate."""
-    place = FOLDER / language / f"{path}.toml"
-    if not place.is_file():
-        return {}
-    pairs = read_toml(place).get("comment", [])
+    if path == CONTRACTS:
+        places = sorted((MESSAGES / language).glob("*.toml"))
+    else:
+        places = [each for each in (FOLDER / language / f"{path}.toml",) if each.is_file()]
+    pairs = [pair for place in places for pair in read_toml(place).get("comment", [])]
     return {each[SOURCE]: each[language] for each in pairs if {SOURCE, language} <= {*each}}
 
 
@@ -118,5 +122,8 @@ def _pattern(path: str) -> re.Pattern[str]:
 
 
 def _problem(key: str, path: str, language: str, own: str) -> TranslationError:
-    text = own.split("\n", 1)[0]
-    return TranslationError(key, path=path, language=language, text=text)
+    place = MESSAGES / language / "contracts.toml"
+    if path != CONTRACTS:
+        place = FOLDER / language / f"{path}.toml"
+    file, text = place.relative_to(ROOT), own.split("\n", 1)[0]
+    return TranslationError(key, path=path, file=file, text=text)

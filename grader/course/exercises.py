@@ -89,6 +89,7 @@ class Exercise:
     section: str
     depends: tuple[str, ...]
     checks: tuple[Check, ...]
+    suites: Mapping[str, Mapping[str, Any]]  # that are lines: authoring/expected/vectors/lines.py
 
 
 @dataclass(frozen=True)
@@ -208,6 +209,7 @@ def _exercise(row: dict[str, Any]) -> Exercise:
             )
             for (name, rule), share in zip(rules.items(), points, strict=True)
         ),
+        suites=row.get("suites", {}),
     )
 
 

@@ -99,7 +99,9 @@ def sentences(language: str) -> dict[str, str]:
 def _written(language: str) -> dict[str, str]:
     found: dict[str, str] = {}
     for path in sorted((FOLDER / language).glob("*.toml")):
-        own = dict(_flat("", read_toml(path)))
+        table = read_toml(path)
+        table.pop("comment", None)  # of C files: see authoring/translation.py
+        own = dict(_flat("", table))
         if twice := sorted(set(own) & set(found)):
             raise ManifestError(f"{path.name}: {twice[0]} stands in another file too; keep one")
         found |= own

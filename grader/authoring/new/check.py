@@ -3,19 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from grader.authoring.expected.suites import recipes
-from grader.authoring.new.edits import (
-    MARK,
-    Edit,
-    NewError,
-    behind,
-    created,
-    in_table,
-    read,
-)
-from grader.course.exercises import ROOT, Exercise, Manifest
+from grader.authoring.new.edits import MARK, Edit, NewError, behind, in_table, read
+from grader.course.exercises import CORE, ROOT, Exercise, Manifest
 from grader.course.nearest import nearest
 from grader.course.texts import LANGUAGES
 
@@ -53,7 +45,10 @@ def edits(check: str, suite: str, rules: Manifest) -> list[Edit]:
     )
     text = behind(MANIFEST, read(MANIFEST), rf'^"{exercise.checks[-1].id}" = .*\n', line)
     sentences = [_messages(check, exercise, language) for language in LANGUAGES]
-    return [Edit(MANIFEST, text), *suite_edits(suite), *sentences]
+    if suite not in {each.name for each in recipes()}:
+        block = rf'^id = "{re.escape(exercise.id)}"\n(?:.+\n)*'
+        text = behind(MANIFEST, text, block, suite_lines(suite, parameters(suite)))
+    return [Edit(MANIFEST, text), *sentences]
 
 
 def messages_of(exercise: Exercise, language: str, file: str) -> str:
@@ -62,13 +57,26 @@ def messages_of(exercise: Exercise, language: str, file: str) -> str:
     return own if (ROOT / own).is_file() else f"{MESSAGES}/{language}/{file}.toml"
 
 
-def suite_edits(suite: str) -> list[Edit]:
-    """Return the file of a suite that nothing makes yet, and none of one that is there."""
-    if suite in {each.name for each in recipes()}:
-        return []
-    function, _, name = suite.partition(".")
-    path = f"grader/authoring/expected/vectors/{function}_{name}.py"
-    return [created(path, _suite(function, suite))]
+def suite_lines(suite: str, names: Sequence[str]) -> str:
+    """Return the lines of a suite whose inputs are numbers, for parameters of its function."""
+    numbers = "its numbers, simple round ones first (of a struct, a line for each field)"
+    return f'''[exercise.suites."{suite}"]
+within = 1e-4
+why = "a few float operations" # {MARK} how far right answers may be from the reference's, and why
+drawn = 20
+''' + "".join(
+        f"inputs.{name} = {{ first = [], low = 0, high = 9 }} # {MARK} {numbers}\n"
+        for name in names
+    )
+
+
+def parameters(suite: str) -> list[str]:
+    """Return the parameters of a suite's function, as the headers name them."""
+    prototype = re.compile(rf"\b{suite.partition('.')[0]}\(([^)]*)\);")
+    for header in sorted(CORE.glob("*.h")):
+        if found := prototype.search(header.read_text(encoding="utf-8")):
+            return re.findall(r"(\w+)(?=,|$)", found[1])
+    return []
 
 
 def table_lines(check: str, language: str) -> dict[str, str]:
@@ -102,25 +110,3 @@ def _messages(check: str, exercise: Exercise, language: str) -> Edit:
     for table, entry in table_lines(check, language).items():
         text = in_table(path, text, table, check, entry)
     return Edit(path, text)
-
-
-def _suite(function: str, suite: str) -> str:
-    return f'''"""Inputs of {function}."""
-
-from __future__ import annotations
-
-from grader.authoring.expected.vectors.maker import Maker, Question, Recipe, floats, stack
-from grader.checking.expected_data import Batch
-
-
-def recipes() -> list[Recipe]:
-    """Return how the suites of this file are made."""
-    # {MARK} how far right answers may be from the reference's, and why
-    return [Recipe("{suite}", _questions, 1e-4, "a few float operations")]
-
-
-def _questions(m: Maker) -> list[Question]:
-    # {MARK} a column of inputs for each parameter of the function, simple round ones first
-    x = stack(floats([0, 1, 2]), m.uniform(0, 9, 20))
-    return [Question(Batch("{function}", {{"x": x}}, m.world()))]
-'''

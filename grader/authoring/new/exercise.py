@@ -9,11 +9,11 @@ from collections.abc import Mapping
 from grader.authoring.new import check as checks
 from grader.authoring.new.check import MANIFEST, MESSAGES
 from grader.authoring.new.edits import MARK, Edit, NewError, behind, created, read
+from grader.authoring.translation import SOURCE
 from grader.course.exercises import CORE, Exercise, Manifest
 from grader.course.texts import LANGUAGES
 
 HEADER = "core_c/exercises.h"
-CONTRACTS = "reference/contracts.toml"
 _ID = re.compile(r"TP([1-5])\.(B?)[1-7]")
 _FUNCTION = re.compile(r"[a-z]\w*")
 # What follows the exercise's title in the header, but for the French comments.
@@ -36,11 +36,9 @@ def edits(name: str, function: str, rules: Manifest) -> list[Edit]:
     suite = f"{function}.any"
     return [
         _contract(name, function, own),
-        *(_comment(name, function, each, own) for each in LANGUAGES if each != "en"),
         _solution(name, function, file, own),
         _entry(name, function, file, suite, own),
-        *checks.suite_edits(suite),
-        *(_messages(function, suite, tp, each) for each in LANGUAGES),
+        *(_messages(name, function, suite, each) for each in LANGUAGES),
         *(_section(name, function, tp, each) for each in LANGUAGES),
         _sentences(name),
     ]
@@ -71,17 +69,14 @@ def _contract(name: str, function: str, own: list[Exercise]) -> Edit:
     return Edit(HEADER, behind(HEADER, read(HEADER), last, block))
 
 
-def _comment(name: str, function: str, language: str, own: list[Exercise]) -> Edit:
+def _comment(name: str, function: str, language: str) -> str:
     """Return the contract in another language, beside the English one."""
-    path = f"reference/comments/{language}/{HEADER}.toml"
     what = f"{name} - {MARK} what {function} is, in a sentence; its parameters below."
     english = f"{what}\n\n{_ARGUMENT}\n\n{_RETURNS}\nCheck: make grade TP={name[2]} K={function}"
-    block = (
-        f"\n[[comment]]\nen = '''\n{english}'''\n"
+    return (
+        f"[[comment]]\nen = '''\n{english}'''\n"
         f"{language} = '''\n{name} - {MARK} le contrat, comme {HEADER} le dit'''\n"
     )
-    last = rf"^en = '''\n{re.escape(own[-1].id)} - (?:.*\n)*?{language} = '''\n(?:.*\n)*?.*'''\n"
-    return Edit(path, behind(path, read(path), last, block))
 
 
 def _solution(name: str, function: str, file: str, own: list[Exercise]) -> Edit:
@@ -111,17 +106,19 @@ section = "" # {MARK} of the handout
 depends = [] # {MARK} the exercises whose functions a right one calls
 [exercise.checks]
 "tp{tp}.{suite}" = {{ weight = 1, compares = ["result"], suites = ["{suite}"] }}
-'''
+{checks.suite_lines(suite, ["x"])}'''
     text = read(MANIFEST)
     last = rf'^id = "{re.escape(own[-1].id)}"\n(?:.+\n)*'
     return Edit(MANIFEST, behind(MANIFEST, text, last, block))
 
 
-def _messages(function: str, suite: str, tp: int, language: str) -> Edit:
+def _messages(name: str, function: str, suite: str, language: str) -> Edit:
     """Return the file of all that an exercise says in a language."""
-    tables = checks.table_lines(f"tp{tp}.{suite}", language)
-    text = "\n".join(f"[{table}]\n{entry}" for table, entry in tables.items())
-    return created(f"{MESSAGES}/{language}/{function}.toml", text)
+    tables = checks.table_lines(f"tp{name[2]}.{suite}", language)
+    parts = [f"[{table}]\n{entry}" for table, entry in tables.items()]
+    if language != SOURCE:
+        parts.append(_comment(name, function, language))
+    return created(f"{MESSAGES}/{language}/{function}.toml", "\n".join(parts))
 
 
 def _section(name: str, function: str, tp: int, language: str) -> Edit:
@@ -137,8 +134,5 @@ def _section(name: str, function: str, tp: int, language: str) -> Edit:
 
 
 def _sentences(name: str) -> Edit:
-    block = (
-        f'\n[sentences."{name}"] # {MARK} each sentence of the contract, and what breaks it (see'
-        " the head)\n"
-    )
-    return Edit(CONTRACTS, f"{read(CONTRACTS).rstrip()}\n{block}")
+    note = f"{MARK} each sentence of the contract, and what breaks it (see worth.toml)"
+    return created(f"reference/mistakes/{name}.toml", f"[sentences] # {note}\n")

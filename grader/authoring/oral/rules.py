@@ -78,7 +78,7 @@ def forms() -> dict[str, list[tuple[str, str]]]:
     except (KeyError, TypeError, ValueError) as error:
         raise ManifestError(f"{FORMS.name}: missing or malformed key: {error}") from error
     if unknown := sorted(set(found) - known):
-        raise ManifestError(f"{FORMS.name}: {unknown[0]} is no known mistake; see mistakes.toml")
+        raise ManifestError(f"{FORMS.name}: {unknown[0]} is no known mistake")
     return found
 
 

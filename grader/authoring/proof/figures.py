@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from string import Formatter
 
-from grader.authoring.specimens.mistakes import FOLDER
+from grader.authoring.specimens.wrong import FOLDER
 from grader.course.exercises import ROOT
 from grader.course.message import GraderError
 from grader.files import write_whole

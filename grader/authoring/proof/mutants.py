@@ -27,7 +27,7 @@ from grader.authoring.proof.mutants_changes import Mutant
 from grader.authoring.proof.mutants_family import opened
 from grader.authoring.proof.mutants_judging import caught_late, caught_soon
 from grader.authoring.proof.mutants_same import answers_of, is_same
-from grader.authoring.specimens.mistakes import FOLDER as MISTAKES
+from grader.authoring.specimens.wrong import FOLDER as MISTAKES
 from grader.course.exercises import ROOT, ManifestError, read_toml
 from grader.files import write_whole
 

@@ -11,8 +11,8 @@ import numpy as np
 from grader.authoring.proof import known
 from grader.authoring.proof.grades import Grade, GradeCache, Program
 from grader.authoring.proof.parts import SEED, Part, listed
-from grader.authoring.specimens import mistakes, patches
-from grader.authoring.specimens.mistakes import FOLDER, Mistake
+from grader.authoring.specimens import mistakes
+from grader.authoring.specimens.mistakes import Mistake
 from grader.authoring.specimens.patches import PatchError
 
 PAIRS = 100
@@ -54,7 +54,7 @@ def drawn(count: int = PAIRS, seed: int = SEED) -> list[Pair]:
 def both(one: Mistake, other: Mistake) -> dict[str, str]:
     """Return the reference with two mistakes in it; {} where they do not go together."""
     try:
-        return patches.patched(FOLDER / f"{other.id}.patch", one.files())
+        return other.files(one.files())
     except PatchError:
         return {}
 

@@ -1,7 +1,7 @@
 """The contracts of exercises.h, sentence by sentence, and the programs that break each.
 
-reference/contracts.toml lists them: its head says how. `sentences` reads them from the header, so
-that one that is added there, and has no program here, is noticed.
+reference/mistakes/ has them, by exercise. `sentences` reads them from the header, so that one that
+is added there, and has no program, is noticed.
 """
 
 from __future__ import annotations
@@ -14,10 +14,9 @@ from pathlib import Path
 from typing import Any
 
 from grader.authoring.specimens.edits import FunctionEdit
-from grader.course.exercises import CORE, ManifestError, read_toml
-from grader.intake.originals import REFERENCE
+from grader.authoring.specimens.wrong import FOLDER, malformed, tables
+from grader.course.exercises import CORE
 
-TABLE = REFERENCE / "contracts.toml"
 HEADER = CORE / "exercises.h"
 SAYS = "says"  # of a sentence that nothing can break: a title, an argument, a promise of the caller
 _CONTRACT = re.compile(r"/\* (TP\d\.B?\d) - (.*?)\*/", re.DOTALL)
@@ -28,8 +27,6 @@ _ASIDE = ("Handout ", "Check: ")  # where to read more, and the command that jud
 
 class Breach(FunctionEdit):
     """The reference with one sentence of a contract broken."""
-
-    listed_in = TABLE.name
 
 
 @dataclass(frozen=True)
@@ -51,19 +48,18 @@ class Contracts:
 
 
 @cache
-def load(path: Path = TABLE) -> Contracts:
-    """Read the table. Raises ManifestError."""
-    data = read_toml(path)
-    try:
-        breaches = tuple(Breach(name, **row) for name, row in data["breach"].items())
-        sentences = tuple(
-            _sentence(exercise, text, value)
-            for exercise, rows in data["sentences"].items()
-            for text, value in rows.items()
-        )
-    except (KeyError, TypeError, AttributeError) as error:
-        raise ManifestError(f"{path.name}: missing or malformed key: {error}") from error
-    return Contracts(breaches, sentences)
+def load(folder: Path = FOLDER) -> Contracts:
+    """Read the files of the exercises. Raises ManifestError."""
+    breaches: list[Breach] = []
+    told: list[Sentence] = []
+    for exercise, path, data in tables(folder):
+        try:
+            own = data.get("breach", {})
+            breaches += [Breach(name, exercise, **row) for name, row in own.items()]
+            told += [_sentence(exercise, *each) for each in data["sentences"].items()]
+        except (KeyError, TypeError, AttributeError) as error:
+            raise malformed(path, error) from error
+    return Contracts(tuple(breaches), tuple(told))
 
 
 def _sentence(exercise: str, text: str, value: Any) -> Sentence:

@@ -1,30 +1,29 @@
-"""The known mistakes: reference/mistakes/ID.patch each, listed in mistakes.toml.
-
-Adding one takes a patch, an entry there, and its texts in grader/course/messages/*/mistakes.toml.
-"""
+"""The known mistakes, each a change of the reference: reference/mistakes/ has them by exercise."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 from grader.authoring.skeleton.skeleton import find_regions
 from grader.authoring.specimens import patches
+from grader.authoring.specimens.edits import FunctionEdit
 from grader.authoring.specimens.shares import Range, span
+from grader.authoring.specimens.wrong import FOLDER, WORTH, malformed, tables
 from grader.course import exercises
-from grader.course.exercises import EXPECTED, ManifestError, read_toml
+from grader.course.exercises import EXPECTED, read_toml
 from grader.evaluation import recognition
 from grader.intake.originals import REFERENCE
 from grader.intake.records import Submission
 
-FOLDER = REFERENCE / "mistakes"
-
 
 @dataclass(frozen=True)
 class Mistake:
-    """A plausible mistake in one exercise, as a patch on the reference."""
+    """A plausible mistake in one exercise: a change of one function, or a patch ID.patch."""
 
     id: str
     exercise: str
@@ -32,6 +31,7 @@ class Mistake:
     seen_from: str  # the exercise before which nothing can show it: mostly its own
     twins: tuple[str, ...] = ()  # mistakes that no stored answer tells from this one
     folder: Path = FOLDER
+    edit: FunctionEdit | None = None  # None: it is a patch
 
     @property
     def tp(self) -> int:
@@ -47,13 +47,21 @@ class Mistake:
 
     @property
     def written(self) -> str:
-        """What stands for it: what its patch changes, wherever that stands, and the solution."""
+        """What stands for it: what it changes, wherever that stands, and the solution."""
+        if self.edit:
+            return f"{self.edit}{solutions()[self.exercise]}"
         patch = (self.folder / f"{self.id}.patch").read_text(encoding="utf-8")
         return re.sub(r"^@@.*", "@@", patch, flags=re.MULTILINE) + solutions()[self.exercise]
 
-    def files(self) -> dict[str, str]:
-        """Return the reference's files with the mistake in them. Raises PatchError."""
-        return patches.patched(self.folder / f"{self.id}.patch", patches.reference())
+    def files(self, onto: Mapping[str, str] | None = None) -> dict[str, str]:
+        """Return files, the reference's unless others are given, with the mistake in them.
+
+        Raises PatchError.
+        """
+        if self.edit:
+            return self.edit.files(onto)
+        files = patches.reference() if onto is None else onto
+        return patches.patched(self.folder / f"{self.id}.patch", files)
 
     def submission(self) -> Submission:
         """Return it as a submission. Raises PatchError."""
@@ -73,21 +81,32 @@ def solutions() -> dict[str, str]:
 
 @cache
 def load(folder: Path = FOLDER) -> tuple[Mistake, ...]:
-    """Read the list of a folder. Raises ManifestError."""
-    path = folder / "mistakes.toml"
-    data = read_toml(path)
+    """Read the mistakes of a folder, in the course's order. Raises ManifestError."""
+    shares = folder / WORTH
+    found: list[Mistake] = []
     try:
-        worth = {name: span(values) for name, values in data["worth"].items()}
-        return tuple(
-            Mistake(
-                id=name,
-                exercise=row["exercise"],
-                worth=worth[row["worth"]],
-                twins=tuple(row.get("twins", ())),
-                seen_from=row.get("seen_from", row["exercise"]),
-                folder=folder,
-            )
-            for name, row in data["mistake"].items()
-        )
+        worth = {name: span(values) for name, values in read_toml(shares)["worth"].items()}
     except (KeyError, TypeError, ValueError) as error:
-        raise ManifestError(f"{path.name}: missing or malformed key: {error}") from error
+        raise malformed(shares, error) from error
+    for exercise, path, data in tables(folder):
+        try:
+            own = data.get("mistake", {}).items()
+            found += [_mistake(name, exercise, row, worth, folder) for name, row in own]
+        except (KeyError, TypeError, AttributeError) as error:
+            raise malformed(path, error) from error
+    return tuple(found)
+
+
+def _mistake(
+    name: str, exercise: str, row: Mapping[str, Any], worth: Mapping[str, Range], folder: Path
+) -> Mistake:
+    words = [row[each] for each in ("function", "before", "after") if each in row]
+    return Mistake(
+        id=name,
+        exercise=exercise,
+        worth=worth[row["worth"]],
+        twins=tuple(row.get("twins", ())),
+        seen_from=row.get("seen_from", exercise),
+        folder=folder,
+        edit=FunctionEdit(name, exercise, *words) if words else None,
+    )

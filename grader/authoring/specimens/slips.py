@@ -20,9 +20,12 @@ TABLE = REFERENCE / "slips.toml"
 class Slip(FunctionEdit):
     """The reference with a mistake in one function; `thought` is what led to it."""
 
-    listed_in = TABLE.name
-
     thought: str
+
+    @property
+    def listed_in(self) -> str:
+        """The file that errors name."""
+        return TABLE.name
 
 
 @cache

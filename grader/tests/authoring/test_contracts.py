@@ -57,10 +57,9 @@ def test_a_breach_changes_one_function() -> None:
 
 def test_a_malformed_table_is_named(tmp_path: Path) -> None:
     """One line with the file."""
-    path = tmp_path / "contracts.toml"
-    path.write_text('[breach.odd]\nexercise = "TP1.1"\n[sentences]\n', encoding="utf-8")
-    with pytest.raises(ManifestError, match=r"contracts\.toml: missing or malformed key: "):
-        contracts.load(path)
+    (tmp_path / "TP1.1.toml").write_text("[breach.odd]\n[sentences]\n", encoding="utf-8")
+    with pytest.raises(ManifestError, match=r"TP1\.1\.toml: missing or malformed key: "):
+        contracts.load(tmp_path)
 
 
 FUNCTIONS = sorted({each.function for each in TABLE.breaches})

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from grader.authoring.expected import mistake_bank
-from grader.authoring.specimens import mistakes, patches, shares
+from grader.authoring.specimens import mistakes, patches, shares, wrong
 from grader.authoring.specimens.patches import PatchError, patched, reference
 from grader.checking.expected_data import FOLDER
 from grader.course import exercises
@@ -22,9 +22,10 @@ KNOWN = mistakes.load()
 
 
 def test_every_patch_has_an_entry_and_texts() -> None:
-    """And the other way round, in both languages."""
+    """And the other way round, in both languages; a few words stand in the entry itself."""
     names = {each.id for each in KNOWN}
-    assert {path.stem for path in mistakes.FOLDER.glob("*.patch")} == names
+    patched_ones = {each.id for each in KNOWN if not each.edit}
+    assert {path.stem for path in wrong.FOLDER.glob("*.patch")} == patched_ones
     for language in LANGUAGES:
         keys = {key for key in sentences(language) if key.startswith("mistake.")}
         parts = ("title", "question", "hint")
@@ -107,8 +108,8 @@ PATCH = """\
 def test_a_mistake_is_added_by_a_patch_and_an_entry(tmp_path: Path, cache: Path) -> None:
     """What the patch changes is found by its text, wherever it stands; the bank then knows it."""
     (tmp_path / "white.patch").write_text(PATCH, encoding="utf-8")
-    entry = '[worth]\nall = [0.4, 1]\n[mistake.white]\nexercise = "TP1.2"\nworth = "all"\n'
-    (tmp_path / "mistakes.toml").write_text(entry, encoding="utf-8")
+    (tmp_path / "worth.toml").write_text("[worth]\nall = [0.4, 1]\n", encoding="utf-8")
+    (tmp_path / "TP1.2.toml").write_text('[mistake.white]\nworth = "all"\n', encoding="utf-8")
     (white,) = mistakes.load(tmp_path)
     assert (white.tp, white.exercise) == (1, "TP1.2")
     before, after = reference(), white.files()
@@ -123,10 +124,27 @@ def test_a_mistake_is_added_by_a_patch_and_an_entry(tmp_path: Path, cache: Path)
 
 def test_a_malformed_list_is_named(tmp_path: Path) -> None:
     """One line with the file."""
-    text = "[worth]\nall = [0.4, 1]\n[mistake.white]\n"
-    (tmp_path / "mistakes.toml").write_text(text, encoding="utf-8")
-    with pytest.raises(ManifestError, match=r"mistakes\.toml: missing or malformed key: 'exer"):
+    (tmp_path / "worth.toml").write_text("[worth]\nall = [0.4, 1]\n", encoding="utf-8")
+    (tmp_path / "TP1.2.toml").write_text("[mistake.white]\n", encoding="utf-8")
+    with pytest.raises(ManifestError, match=r"TP1\.2\.toml: missing or malformed key: 'worth'"):
         mistakes.load(tmp_path)
+    (tmp_path / "TP1.22.toml").write_text("", encoding="utf-8")
+    mistakes.load.cache_clear()
+    with pytest.raises(ManifestError, match=r"TP1\.22\.toml: exercises\.toml has no such"):
+        mistakes.load(tmp_path)
+
+
+def test_a_mistake_of_a_few_words_needs_no_patch(tmp_path: Path) -> None:
+    """They stand in the exercise's file; it goes onto other files as a patch does."""
+    (tmp_path / "worth.toml").write_text("[worth]\nall = [0.4, 1]\n", encoding="utf-8")
+    entry = '[mistake.white]\nworth = "all"\nfunction = "fill"\nbefore = "= c;"\nafter = "= d;"\n'
+    (tmp_path / "TP1.2.toml").write_text(entry, encoding="utf-8")
+    (white,) = mistakes.load(tmp_path)
+    main = reference()["main.c"]
+    assert white.files()["main.c"] == main.replace("img[k] = c;", "img[k] = d;")
+    assert white.files({"main.c": f"{main}\n"}) == {"main.c": f"{white.files()['main.c']}\n"}
+    with pytest.raises(PatchError, match=r"TP1\.2\.toml: white: what comes before stands 0 times"):
+        white.files(white.files())
 
 
 @pytest.mark.parametrize(

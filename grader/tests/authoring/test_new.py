@@ -78,7 +78,7 @@ def project(tmp_path: Path) -> Project:
 
 
 NOTE = rf" # {MARK}.*"
-COMMENTS = "reference/comments/fr/core_c/exercises.h.toml"
+WRONG = "reference/mistakes/TP3.B3.toml"
 
 
 def write_fog(project: Project) -> None:
@@ -88,28 +88,26 @@ def write_fog(project: Project) -> None:
     contract.append(("Returns what", "Returns 1 - exp(-x)"))
     french = (rf"{MARK} le contrat.*'''", "La part de brume.'''")
     project.write("core_c/exercises.h", *contract)
-    project.write(COMMENTS, *contract, french)
     project.write(
         "reference/raytracer.c", (rf"return x \* x; /\* {MARK}.*", "return 1.f - expf(-x);")
     )
     project.write(
         "grader/course/exercises.toml", (NOTE, ""), ('fr = "", en = ""', 'fr = "B", en = "F"')
     )
-    vectors = "grader/authoring/expected/vectors/fog_color_any.py"
-    project.write(vectors, (rf" +# {MARK}.*\n", ""))
     for language in ("fr", "en"):
         messages = f"grader/course/messages/{language}/fog_color.toml"
-        project.write(messages, (NOTE, ""), ('""', '"?"'))
+        translated = (*contract, french) if language == "fr" else ()
+        project.write(messages, *translated, (NOTE, ""), ('""', '"?"'))
         project.write(f"notebooks/{language}/TP3.md", (rf"<!-- {MARK}.* -->|{MARK}[^|]*", "... "))
     rows = "".join(f'\n"{each}" = "says"' for each in (title, f"x {argument}"))
-    project.write("reference/contracts.toml", (NOTE, f'{rows}\n"Returns 1 - exp(-x)." = ["fog"]'))
+    project.write(WRONG, (NOTE, f'{rows}\n"Returns 1 - exp(-x)." = ["fog"]'))
 
 
-def test_an_exercise_takes_ten_files_and_a_mistake_one(project: Project) -> None:
+def test_an_exercise_takes_eight_files_and_its_mistake_none(project: Project) -> None:
     """Written where the stubs say, it is judged; of the data only its own and the index change."""
     told = project.run("grader.authoring.new", "--exercise", "TP3.B3", "--function", "fog_color")
     by_hand, _ = project.changed()
-    assert len(by_hand) == 10
+    assert len(by_hand) == 8
     assert all(name in told for name in by_hand)
     write_fog(project)
     for part in ("skeleton", "originals"):
@@ -122,20 +120,20 @@ def test_an_exercise_takes_ten_files_and_a_mistake_one(project: Project) -> None
     assert project.outcomes("core_c", "fog_color") == {"tp3.fog_color.any": "todo"}
     words = ("--mistake", "fog", "--exercise", "TP3.B3", "--worth", "whole")
     project.run("grader.authoring.new", *words)
-    project.write("reference/mistakes/fog.patch", (rf"\+ .*{MARK}.*", "+    return x;"))
+    project.write(WRONG, (NOTE, ""), ("after = .*", 'after = "return x;"'))
     for language in ("fr", "en"):
         path = f"grader/course/messages/{language}/fog_color.toml"
         project.write(path, (NOTE, ""), ('""', '"?"'))
     project.run("grader.authoring.expected.command", "--mistake", "fog")
-    # The list of mistakes has nothing to write: which checks see it is what the bank has.
-    mistaken = {"reference/mistakes/fog.patch", "reference/mistakes/mistakes.toml"}
-    assert project.changed()[0] == by_hand | mistaken
+    # Which checks see it is not written anywhere: that is what the bank has.
+    assert project.changed()[0] == by_hand
     # It shows in no picture; the index of these has it all the same.
     data |= {f"reference/expected/{each}" for each in ("mistakes.npz", "pictures/manifest.json")}
     assert project.changed()[1] == data
     project.run("grader.authoring.expected.mistake_bank", "--check")
 
 
+@pytest.mark.exhaustive
 def test_a_check_takes_three_files(project: Project) -> None:
     """Of a suite that is there; of the data, the bank's mistakes of its exercise change."""
     name, suite = "tp5.reflectance.again", "reflectance.any"
@@ -152,21 +150,30 @@ def test_a_check_takes_three_files(project: Project) -> None:
     assert project.outcomes("reference", name) == {name: "passed"}
 
 
-def test_a_check_of_a_new_suite_takes_one_file_more() -> None:
-    """A module that makes the suite."""
-    made = check.edits("tp2.intersect_plane.far", "intersect_plane.far", RULES)
-    names = [each.path for each in made]
-    assert len(names) == 4
-    assert "grader/authoring/expected/vectors/intersect_plane_far.py" in names
-    assert all(each.notes() for each in made)
+def test_a_check_of_a_new_suite_takes_no_file_more(project: Project) -> None:
+    """Its inputs are lines of the manifest; of the data only that suite and the index."""
+    name, suite = "tp3.texture_color.bare", "texture_color.bare"
+    project.run("grader.authoring.new", "--check", name, "--suite", suite)
+    by_hand, _ = project.changed()
+    assert len(by_hand) == 3
+    manifest, said = "grader/course/exercises.toml", r"drawn = 20\ninputs.mat.pattern = 2"
+    vector = ("inputs.p = .*", "inputs.p = { low = -1, high = 1, unit = true }")
+    project.write(manifest, (r"inputs\.mat .*\n", ""), (NOTE, ""), vector, ("drawn = 20", said))
+    for path in by_hand - {manifest}:
+        project.write(path, (NOTE, ""))
+    project.run("grader.authoring.expected.command", "--suite", suite)
+    data = {f"reference/expected/{each}" for each in (f"{suite}.npz", "manifest.json")}
+    assert project.changed() == (by_hand, data)  # no mistake shows there
+    assert project.outcomes("reference", name) == {name: "passed"}
 
 
 def test_a_mistake_stands_behind_those_of_its_exercise() -> None:
-    """In the list and in the sentences; its patch is one of the exercise's solution."""
-    made = mistake.edits("plane_odd", "TP2.3", "idea", RULES, mistakes.load())
-    patch, listed, *said = made
-    assert patch.path == "reference/mistakes/plane_odd.patch"
-    assert patch.notes() == ["the mistake, in the place of right lines"]
+    """In the list and in the sentences; it begins as a line of the exercise's solution."""
+    listed, *said = mistake.edits("plane_odd", "TP2.3", "idea", RULES, mistakes.load())
+    assert listed.path == "reference/mistakes/TP2.3.toml"
+    assert listed.notes() == ["what stands there once", "the mistake in its place"]
+    (line,) = re.findall(r"^before = \"(.*)\" # TO WRITE", listed.text, re.M)
+    assert line in mistakes.solutions()["TP2.3"]
     last = [each.id for each in mistakes.load() if each.exercise == "TP2.3"][-1]
     for each in (listed, *said):
         ids = re.findall(r"^\[mistake\.(\w+)\]", each.text, re.M)

@@ -9,7 +9,7 @@ from typing import NoReturn
 
 import pytest
 
-from grader.authoring.specimens import mistakes, patches
+from grader.authoring.specimens import mistakes
 from grader.authoring.specimens.half_written import without
 from grader.build import substitution
 from grader.build.builder import Builder
@@ -140,7 +140,7 @@ def test_what_a_check_judges_besides_is_not_replaced(cache: Path) -> None:
 
 def both(one: str, other: str) -> dict[str, str]:
     """Return the reference's files with two known mistakes in them."""
-    return patches.patched(mistakes.FOLDER / f"{other}.patch", KNOWN[one].files())
+    return KNOWN[other].files(KNOWN[one].files())
 
 
 def test_what_is_judged_besides_is_not_replaced_for_anothers_mistake(cache: Path) -> None:

@@ -218,9 +218,7 @@ def test_a_mistake_is_named_in_other_arithmetic(cache: Path) -> None:
 
 def test_two_mistakes_at_once_are_not_guessed(cache: Path) -> None:
     """In one function, their answers are those of neither."""
-    both = patches.patched(
-        mistakes.FOLDER / "shade_h_not_unit.patch", KNOWN["shade_pi_forgotten"].files()
-    )
+    both = KNOWN["shade_h_not_unit"].files(KNOWN["shade_pi_forgotten"].files())
     findings = exercise_findings(patches.submission("both", both), "TP3.1", cache)
     assert any(each.outcome is Outcome.FAILED for each in findings)
     assert {each.evidence.mistakes for each in findings} == {()}

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from grader import commands
-from grader.authoring.specimens import faulty, mistakes, patches
+from grader.authoring.specimens import faulty, mistakes
 from grader.build import compiler_run
 from grader.course import exercises, texts
 from grader.course.exercises import read_toml
@@ -52,8 +52,7 @@ class Run:
 @pytest.fixture(scope="module")
 def wrong(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a submission with a known mistake, a crash, an error, a warning and a given file."""
-    files = patches.reference()
-    files |= patches.patched(mistakes.FOLDER / "shadow_acne.patch", files)
+    files = next(each for each in mistakes.load() if each.id == "shadow_acne").files()
     start = "bool box_overlaps_object(const box *b, const object *obj) {\n"
     assert start in files["octree.c"]
     unset = "    float unset;\n    if (unset > 3.0f) { return false; }\n"

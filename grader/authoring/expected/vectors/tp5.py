@@ -30,7 +30,6 @@ DRAWS = 400  # of glass_color for each angle
 def recipes() -> list[Recipe]:
     """Return how the suites of TP5 are made."""
     return [
-        Recipe("reflectance.any", _indices, TOLERANCE, REASON),
         *_schlick(),
         Recipe("fresnel_use.lobe", _in_the_lobe, tp3.TOLERANCE, tp3.REASON),
         Recipe("fresnel_use.mirror", _in_the_mirror, COLOR, COLOR_REASON),
@@ -40,12 +39,6 @@ def recipes() -> list[Recipe]:
 
 
 # ---- Fresnel ------------------------------------------------------------------------------------
-
-
-def _indices(m: Maker) -> list[Question]:
-    simple = floats([(1, 1.5), (1.5, 1), (1, 3), (1.33, 1.33), (2, 1)])
-    both = stack(simple, m.uniform(1, 3, 40, 2))
-    return [Question(Batch("reflectance", {"n1": both[:, 0], "n2": both[:, 1]}, {}))]
 
 
 def _schlick() -> list[Recipe]:
