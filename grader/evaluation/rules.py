@@ -181,11 +181,15 @@ class _Judge:
         return check.exercise if died and self._nearest(finding) == check.exercise else ""
 
     def _nearest(self, finding: Finding) -> str:
-        """Return the exercise of the function that is nearest to a crash; "" when none is."""
-        names = _calls(finding)
+        """Return the exercise of the function that is nearest to a crash; "" when none is.
+
+        Of calls that go round through several exercises without end, none is nearer.
+        """
         if finding.outcome is not Outcome.CRASHED:
             return ""
-        return next((self._by_function[each] for each in names if each in self._by_function), "")
+        names = [each for each in _calls(finding) if each in self._by_function]
+        found = list(dict.fromkeys(self._by_function[each] for each in names))
+        return found[0] if found and not (len(found) > 1 and _is_recursion(finding)) else ""
 
 
 def _calls(finding: Finding) -> list[str]:

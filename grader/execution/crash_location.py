@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import re
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,6 +20,7 @@ from grader.worker import frames
 
 ADDR2LINE_SECONDS = 3
 MAX_ADDRESSES = 40
+ENDLESS = 5  # so often, among the calls that are known, stands a function that calls itself
 SHIM = "mrt_shim.c"
 # The address of a field, or of an item, of what NULL points to; it is never anything else.
 NULL_BYTES = 4096
@@ -90,6 +92,26 @@ def from_report(library: str, text: str) -> list[CrashLocation]:
         if os.path.basename(path) == name:
             found.append(int(address, 16) - 1)
     return locate(library, found)
+
+
+def from_endless(calls: list[CrashLocation]) -> list[CrashLocation]:
+    """Return the calls from the first on that calls again what is called again and again, if any.
+
+    The stack ends anywhere, often in a right function that such a one calls. Of several functions
+    that call each other, the one that stands first in the file comes first, wherever it ended.
+    """
+    often = Counter(each.function for each in calls)
+    again = {name for name, count in often.items() if count > ENDLESS}
+    on = [k for k in range(1, len(calls)) if {calls[k].function, calls[k - 1].function} <= again]
+    if not on:
+        return calls
+    name = calls[min(on, key=lambda k: _order(calls[k].location))].function
+    return calls[next(k for k in on if calls[k].function == name) :]
+
+
+def _order(location: str) -> tuple[str, int]:
+    file, _, line = location.partition(":")
+    return file, int(line)
 
 
 def locate(library: str, offsets: Sequence[int]) -> list[CrashLocation]:

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections import Counter
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 
 from grader.course.message import Message
 from grader.course.texts import LANGUAGES, Texts, sentences
+from grader.execution.crash_location import ENDLESS
 from grader.execution.records import Cause, Death
 
 MAX_CALLERS = 4  # that are named
-RECURSION = 5  # so often, among the calls that are known, stands a function that calls itself
 _NAMED = re.compile(r"{(\w+)}")  # a value of a sentence
 _UNDEFINED = re.compile(r"undefined symbol: (\w+)")
 _RUNTIME = "runtime error: "
@@ -141,9 +140,8 @@ def _nearer(key: str, death: Death) -> str:
 
 def _again(death: Death) -> str:
     """Return the function that is called again and again, maybe through others; "" for none."""
-    functions = Counter([death.function, *(name for name, _ in death.callers)])
-    name, often = functions.most_common(1)[0]
-    return name if often >= RECURSION else ""
+    often = 1 + sum(name == death.function for name, _ in death.callers)
+    return death.function if often >= ENDLESS else ""
 
 
 def _place(what: Message, location: str) -> Iterator[Message]:

@@ -9,10 +9,17 @@ from __future__ import annotations
 import re
 import signal
 
-from grader.execution.crash_location import CrashLocation, fault, from_page, from_report
+from grader.execution.crash_location import (
+    CrashLocation,
+    fault,
+    from_endless,
+    from_page,
+    from_report,
+)
 
 MAX_TEXT = 20_000  # characters of output that are kept
 MAX_WORD = 200  # characters of what a sanitizer says of an error
+NO_STACK = "stack-overflow"  # the word of who has used it all
 UBSAN_EXIT = 1
 
 _SANITIZER = re.compile(
@@ -62,9 +69,14 @@ def word(code: int, page: bytes, text: str) -> str:
     return (fault(page) if name == "SIGSEGV" else "") or name
 
 
-def calls(library: str, page: bytes, text: str) -> list[CrashLocation]:
-    """Return the calls that ran: as a sanitizer reports them, else as the shim noted them."""
+def calls(library: str, page: bytes, text: str, said: str) -> list[CrashLocation]:
+    """Return the calls that ran: as a sanitizer reports them, else as the shim noted them.
+
+    `said` is the word of that end: of endless calls, those that come again.
+    """
     found = from_report(library, text) or from_page(library, page)
+    if said == NO_STACK:
+        return from_endless(found)
     error = _RUNTIME_ERROR.search(text)
     if not error:
         return found

@@ -285,7 +285,7 @@ class SessionSocket:
             cause = Cause.SIGNAL
         word = session_report.word(code, page, text) if cause is Cause.SIGNAL else ""
         code = max(code, 0) if cause is Cause.EXIT else 0
-        calls = session_report.calls(self._library, page, text)
+        calls = session_report.calls(self._library, page, text, word)
         first, *callers = calls or [CrashLocation("", "")]
         return Death(
             cause,

@@ -172,6 +172,11 @@ def test_calls_without_end_are_those_of_the_function_that_is_wrong() -> None:
     assert judged(lit)["tp2.trace_ray.lit"][0] == "crashed"
     elsewhere = replace(lit, message=Message("death.SIGSEGV", values))
     assert judged(elsewhere, mirror)["tp2.trace_ray.lit"][0] == "crashed"
+    # Whichever of them comes first, the mirror's own check does not wait for trace_ray.
+    endless = Message("death.recursion", {**values, "calls": calls[1:]})
+    ends = replace(finding("tp4.mirror_color.depth", Outcome.CRASHED), message=endless)
+    checks, _ = grade([replace(lit, message=endless), ends], RULES, TEXTS)
+    assert [each.waits_for for each in checks] == [("TP4.3",), ()]
 
 
 def test_what_comes_after_a_barred_light_waits_for_in_shadow() -> None:

@@ -14,6 +14,7 @@ import pytest
 from grader.course.message import Message
 from grader.course.texts import Texts, sentences
 from grader.execution import death_messages
+from grader.execution.crash_location import CrashLocation, from_endless
 from grader.execution.records import Cause, Death
 
 BAD_POINTER = "address {} for type 'struct object', which requires 4 byte alignment"
@@ -88,19 +89,38 @@ def test_the_calls_that_led_there_are_told() -> None:
     )
 
 
-def test_of_endless_calls_each_function_is_named_once_in_a_row() -> None:
-    """What calls itself without end is named as such; a large local table is something else."""
-    loop = (("trace_ray", "raytracer.c:81"), ("mirror_color", "raytracer.c:99"))
-    recursive = _death(*loop * 9, word="stack-overflow")
-    sentence = death_messages.told(
-        death_messages.message(recursive, "f()"), recursive.location, Texts("en")
+LOOP = (("trace_ray", "raytracer.c:81"), ("mirror_color", "raytracer.c:99"))
+
+
+@pytest.mark.parametrize("leaves", [(), CALLERS[:1]], ids=["itself", "what it called"])
+@pytest.mark.parametrize("turn", [0, 1])
+def test_endless_calls_are_told_alike_wherever_the_stack_ended(
+    turn: int, leaves: tuple[tuple[str, str], ...]
+) -> None:
+    """At the line that calls on; each function once in a row; a large local table is another."""
+    calls = [CrashLocation(*each) for each in (*leaves, *(LOOP * 9)[turn:])]
+    first, *callers = ((each.function, each.location) for each in from_endless(calls))
+    death = Death(
+        Cause.SIGNAL,
+        "stack-overflow",
+        location=first[1],
+        function=first[0],
+        callers=tuple(callers),
     )
-    assert "trace_ray calls itself again and again" in sentence
-    assert sentence.count("called by") == death_messages.MAX_CALLERS
+    told = death_messages.told(death_messages.message(death, "f()"), death.location, Texts("en"))
+    start = "f() runs out of stack: trace_ray calls itself again and again, without end, in "
+    assert told.startswith(f"{start}trace_ray (raytracer.c:81), called by mirror_color (99)")
+    assert told.count("called by") == death_messages.MAX_CALLERS
+
+
+def test_a_large_local_table_is_no_endless_call() -> None:
+    """Where no function is called again and again, it is the table that takes the stack."""
     large = _death(*CALLERS, word="stack-overflow")
     assert "a local table is too large" in death_messages.told(
         death_messages.message(large, "f()"), large.location, Texts("en")
     )
+    calls = [CrashLocation(*INNER), *(CrashLocation(*each) for each in CALLERS)]
+    assert from_endless(calls) == calls
 
 
 @pytest.mark.parametrize(

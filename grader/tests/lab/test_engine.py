@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from grader.build.records import Target
-from grader.lab import Core, Stopped
+from grader.lab import Core, Stopped, check
 from grader.lab.bridge import engine
 from grader.tests.lab.conftest import Edit
 
@@ -93,6 +93,33 @@ def test_an_endless_loop_ends(core: Core, edit: Edit) -> None:
     assert core.engine.limit(small) == 20
     core.seconds = None
     assert core.engine.limit(Target(8, 5)) == 5 < core.engine.limit(Target(640, 360))
+
+
+DEEP = "static float deep(vec3 n) {\n    return 1.f + deep(vector_normalized(n));\n}\n"
+HEAD = "color shade(vec3 n"
+
+
+@pytest.mark.parametrize(
+    ("before", "code", "name", "line"),
+    [
+        (DEEP, "n_l += deep(n);", "deep", "return 1.f + deep"),
+        ("", "return shade(n, v, l, light_color, mat);", "shade", "return shade"),
+    ],
+    ids=["through the given functions", "that an optimiser may turn into a loop"],
+)
+def test_calls_without_end_are_told_in_one_way(
+    before: str, code: str, name: str, line: str, core: Core, edit: Edit, folder: Path
+) -> None:
+    """In a cell and in check(): the function, and the line at which it calls itself."""
+    edit("raytracer.c", DOT, f"{DOT}\n    {code}")
+    edit("raytracer.c", HEAD, f"{before}{HEAD}")
+    text = (folder / "raytracer.c").read_text(encoding="utf-8")
+    at = text[: text.index(line)].count("\n") + 1
+    told = f"{name} calls itself again and again, without end, in {name} (raytracer.c:{at})."
+    cell = stopped(core)
+    assert told in cell
+    assert f"> {at:4d} |" in cell
+    assert told in check("TP3.1").text
 
 
 def test_the_stop_button(core: Core, edit: Edit) -> None:
