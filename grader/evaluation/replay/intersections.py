@@ -66,7 +66,9 @@ def _other_object(case: ReplayedPixel, node: Node, index: int, t: float) -> Wron
             return WrongValue("missed" if hit is None else "t", case.shape(index), wanted=told(t))
     front = {each.index: each.hit.t for each in node.alone if each.hit is not None}
     found = front.get(node.object)
-    if found is not None and (index == SKY or _length(node) * found < t * (1 - FAR_T)):
+    if found is not None and index != SKY and _length(node) * found < t * (1 - FAR_T):
+        return search.false_hit(case, node.ray, node.object)
+    if found is not None and index == SKY:
         return WrongValue("met", case.shape(node.object))
     if front and index == SKY:
         return WrongValue("met", case.shape(next(iter(front))))

@@ -1,4 +1,4 @@
-"""Who is at fault when a ray does not meet what it should."""
+"""What is wrong, and who is at fault, when a ray does not meet what it should."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from grader.evaluation.replay.case import FAR_T, ReplayedPixel, WrongValue, far
+from grader.checking.expected_data import Array
+from grader.evaluation.replay.case import FAR_T, ReplayedPixel, WrongValue, far, told
 from grader.evaluation.replay.probe import SPHERE
 from grader.evaluation.replay.ray_tree import Alone, RayHit
 
@@ -23,7 +24,37 @@ def astray(
         if each.spoilt:
             yield WrongValue("miss", case.shape(each.index), depth)
         elif each.hit is not None and _astray(case, ray, each.index, each.hit):
-            yield WrongValue("met", case.shape(each.index), depth)
+            yield false_hit(case, ray, each.index, depth)
+
+
+def false_hit(case: ReplayedPixel, ray: Any, index: int, depth: int = 0) -> WrongValue:
+    """Say what is wrong with a hit that is not where the object is: t, or that there is one."""
+    distances = _distances(case, ray, index)
+    if distances is None:
+        return WrongValue("elsewhere", case.shape(index), depth)
+    if distances.size:
+        return WrongValue("t", case.shape(index), depth, wanted=told(distances[0]))
+    return WrongValue("met", case.shape(index), depth)
+
+
+def _distances(case: ReplayedPixel, ray: Any, index: int) -> Array | None:
+    """Return where a ray meets a sphere or a plane, nearest first; None of another object."""
+    each = case.probe.content.objects[index]
+    orig, direction = ray["orig"].astype(np.float64), ray["dir"].astype(np.float64)
+    with np.errstate(divide="ignore", invalid="ignore"):  # of a ray that leads nowhere
+        if each["type"] == SPHERE:
+            away = orig - each["center"]
+            square, half = direction @ direction, away @ direction
+            root = np.emath.sqrt(half**2 - square * (away @ away - float(each["radius"]) ** 2))
+            found = (np.array([-root, root]) - half) / square
+        elif each["type"] == _PLANE:
+            up = direction @ each["normal"]
+            found = np.array([-(orig @ each["normal"] + each["dist"]) / up])
+        else:
+            return None
+    real = found.real[(found.imag == 0) & np.isfinite(found)]
+    distances: Array = real[(real >= ray["tmin"]) & (real <= ray["tmax"])]
+    return distances
 
 
 def _astray(case: ReplayedPixel, ray: Any, index: int, hit: RayHit) -> bool:

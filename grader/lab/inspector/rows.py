@@ -17,7 +17,7 @@ from grader.lab.inspector.looking import InspectedScene, Seen
 COLUMNS = ("ray", "meets", "color", "t", "point", "normal", "n_l", "seen", "k")
 # The column in which a wrong value stands; the others stand for the whole ray.
 _PLACES = {
-    **dict.fromkeys(("object", "met", "missed"), "meets"),
+    **dict.fromkeys(("object", "met", "elsewhere", "missed"), "meets"),
     **dict.fromkeys(("t", "normal"), ""),
     **dict.fromkeys(("seen", "hidden"), "seen"),
     **dict.fromkeys(
