@@ -46,7 +46,7 @@ READERS: dict[str, tuple[int, Callable[[str], object]]] = {
         lambda text: (
             session_report.own_words(text),
             session_report.word(-11, bytes(10_000), text),
-            session_report.calls("/dev/null", bytes(10_000), text),
+            session_report.calls("/dev/null", bytes(10_000), text, "SEGV"),
             session_report.printable(text + "\0"),
         ),
     ),
