@@ -13,6 +13,7 @@ The shim is compiled into the library. It holds
   loaded;
 - `mrt_constants`, the values of the headers' `#define`s and enumerators;
 - `mrt_watch` of watch.c, which notes where the code is when a signal comes;
+- `mrt_renew` of renew.c, which puts the submission's variables back as they were first;
 - what stands before some functions of the C library (acts.c), to note what isolation refuses.
 """
 
@@ -29,7 +30,7 @@ from grader.build.records import BindError, Binding, Function, Parameter
 from grader.sandbox import surroundings
 
 SHIM = Path(__file__).with_name("shim")
-PARTS = ("watch.c", "acts.c", "paint.c")
+PARTS = ("watch.c", "acts.c", "paint.c", "renew.c")
 HEADER = "exercises.h"  # the map: it includes every other header of the core
 PREPROCESS_SECONDS = 20
 
@@ -247,6 +248,8 @@ def _table_sizes(structs: dict[str, tuple[str, ...]], constants: Sequence[str]) 
         f"extern const size_t mrt_layout[{entries}];",
         f"extern const double mrt_constants[{len(constants)}];",
         "void mrt_watch(void *memory, int sanitized);",
+        "bool mrt_keep(void);",
+        "void mrt_renew(void);",
     ]
 
 

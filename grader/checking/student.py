@@ -10,14 +10,14 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable, Collection, Iterator
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
-from grader.checking import describe, expected_data, reproducer
+from grader.checking import expected_data, reproducer
+from grader.checking.bench import UNIT_LIMITS, Bench, without_answers
 from grader.checking.canvas import Canvas
 from grader.checking.comparison import Answers, Wrong
-from grader.checking.expected_data import Answer, Array, Batch
+from grader.checking.expected_data import Array, Batch
 from grader.checking.observations import Observations
 from grader.checking.records import Evidence
 from grader.checking.shapes import Image, Size
@@ -26,15 +26,15 @@ from grader.course.message import Message
 from grader.execution import death_messages
 from grader.execution.libraries import LibrarySet
 from grader.execution.records import OUT_OF_TIME, Act, Death
-from grader.execution.session import Address, Died, Library, Limits, Session
+from grader.execution.session import Died, Library, Limits, Session
 
-__all__ = ["Answers", "Bench", "CallDied", "Student", "Wrong"]
+__all__ = ["Answers", "Bench", "CallDied", "Student", "Wrong", "without_answers"]
 
 T = TypeVar("T")
 Begin = Callable[[Session, Library], None]
+Start = Callable[[Limits], contextlib.AbstractContextManager[Session]]
 
 SIZES = sizes.DRAWN
-UNIT_LIMITS = Limits(cpu=2.0)
 PICTURE_SIZE = sizes.PICTURE
 PICTURE_LIMITS = Limits(cpu=10.0)
 SMOOTH_LIMITS = Limits(cpu=20.0)  # many rays a pixel: on a busy machine, built with -O0
@@ -56,10 +56,16 @@ class Student:
     """The submission, as one check sees it: sessions by picture size, and what they left behind."""
 
     def __init__(
-        self, libraries: LibrarySet, folder: Path = expected_data.FOLDER, own: Collection[str] = ()
+        self,
+        libraries: LibrarySet,
+        folder: Path = expected_data.FOLDER,
+        own: Collection[str] = (),
+        is_lent: bool = False,
     ) -> None:
+        """`is_lent`: its processes may have served other checks, and are renewed."""
         self._libraries = libraries
         self._own = own  # functions that the check is about
+        self._is_lent = is_lent
         self.folder = folder  # of the expected data
         self.has_inputs = False  # whether it was judged on stored calls or pictures
         self.todo: frozenset[str] = frozenset()
@@ -76,11 +82,30 @@ class Student:
         """Return the submission for the same check, on another folder of expected data."""
         return Student(self._libraries, folder, self._own)
 
+    def lent(self) -> Student | None:
+        """Return the submission for the same check, in processes that serve several.
+
+        None for one in which functions of the reference stand: what is judged so has failed before.
+        """
+        if self._libraries.is_mixed:
+            return None
+        return Student(self._libraries, self.folder, self._own, is_lent=True)
+
+    @property
+    def own(self) -> tuple[str, ...]:
+        """The functions that the check is about."""
+        return (*self._own,)
+
     @property
     def is_begun(self) -> bool:
         """Whether the marker of the exercise that the check is about has not been met."""
         rules = exercises.load()
         return all(rules.exercise(each).functions != (*self._own,) for each in self.todo)
+
+    @property
+    def is_told(self) -> bool:
+        """Whether what is wrong is for the student: not where it is seen again, nor of a stub."""
+        return not self._is_lent and self.is_begun
 
     @property
     def meets_stubs(self) -> bool:
@@ -120,8 +145,43 @@ class Student:
 
     def trials(self, suite: str) -> list[Answers]:
         """Put a suite to the submission: all its calls, in one session."""
-        with self.bench() as bench:
-            return [bench.trial(batch) for batch in self.batches(suite)]
+
+        def put(student: Student) -> list[Answers]:
+            with student.bench() as bench:
+                return [bench.trial(batch) for batch in student.batches(suite)]
+
+        if not self._is_lent:
+            return put(self)
+        seen = self.observations
+        found = self.once(suite, put)
+        return [replace(each, name=seen.next_batch(), observations=seen) for each in found]
+
+    def once(self, what: str, act: Callable[[Student], T]) -> T:
+        """Have something done at which several checks look: once for all, where that will do."""
+        if not self._is_lent:
+            return act(self)
+        key = (self.folder, what)
+        if key not in self._libraries.kept:
+            first = Student(self._libraries, self.folder, self._own, is_lent=True)
+            try:
+                self._libraries.kept[key] = first, act(first)
+            finally:
+                self._left_by(first)
+        first, found = self._libraries.kept[key]
+        self._left_by(first)
+        done: T = found
+        return done
+
+    def _left_by(self, other: Student) -> None:
+        """Note what the sessions of another check of this submission have left."""
+        self.has_inputs = self.has_inputs or other.has_inputs
+        self._add(other.todo, other.output, other.acts)
+
+    def _add(self, todo: frozenset[str], output: str, acts: list[Act]) -> None:
+        """Note what a session has left."""
+        self.todo |= todo
+        self.output = self.output or output
+        self.acts = self.acts or acts
 
     def picture(
         self, scene: int, texels: Array | None = None, begin: Begin | None = None, **settings: Any
@@ -197,112 +257,26 @@ class Student:
 
     @contextlib.contextmanager
     def _session(self, size: Size) -> Iterator[Session]:
-        with self._open(self._libraries.unit(size), UNIT_LIMITS) as session:
+        core = self._libraries.unit(size)
+        with self._open(core, UNIT_LIMITS, core.lent if self._is_lent else None) as session:
             yield session
 
     @contextlib.contextmanager
-    def _open(self, core: Library, limits: Limits) -> Iterator[Session]:
+    def _open(self, core: Library, limits: Limits, start: Start | None = None) -> Iterator[Session]:
         with contextlib.ExitStack() as stack:
-            session = self._loaded(stack, core, limits)
+            session = self._loaded(stack, start or core.session, limits)
             try:
                 yield session
             finally:
-                self.todo |= session.todo()
-                self.output = self.output or session.output()
-                self.acts = self.acts or session.acts()
+                self._add(session.todo(), session.output(), session.acts())
 
-    def _loaded(self, stack: contextlib.ExitStack, core: Library, limits: Limits) -> Session:
+    def _loaded(self, stack: contextlib.ExitStack, start: Start, limits: Limits) -> Session:
         """Start a session. Raises Died; at once when loading has run out of time before."""
         if _LOADING in self._libraries.stuck:
             raise Died(self._libraries.stuck[_LOADING])
         try:
-            return stack.enter_context(core.session(limits))
+            return stack.enter_context(start(limits))
         except Died as error:
             if error.death.cause in OUT_OF_TIME:
                 self._libraries.stuck[_LOADING] = error.death
             raise
-
-
-class Bench:
-    """A session in which functions are called in a given setting."""
-
-    def __init__(self, student: Student, session: Session, core: Library) -> None:
-        self._student, self.session, self.core = student, session, core
-        self._setting: Batch | None = None
-
-    def prepare(self, batch: Batch) -> None:
-        """Set the globals of a batch."""
-        self._setting = batch
-        expected_data.prepare(self.session, self.core, batch)
-
-    def trial(self, batch: Batch) -> Answers:
-        """Make the calls of a batch in its setting. Raises CallDied."""
-        self.prepare(batch)
-        answers = self.again(batch)
-        self._student.todo |= self.session.todo()
-        # What is not begun keeps no state: no call of it need be made again by itself.
-        alone = partial(_alone, self.core, batch) if self._student.is_begun else None
-        return replace(answers, alone=alone)
-
-    def again(self, batch: Batch, **addresses: Address) -> Answers:
-        """Make the calls of a batch in the setting as it stands. Raises CallDied.
-
-        `addresses` are arguments that all the calls share.
-        """
-        parameters = self.core.functions[batch.function].parameters
-        only_written = ("it", "out", "r") if batch.function == "camera_ray" else ("it", "out")
-        hidden = tuple(
-            each.name
-            for each in parameters
-            if each.name in only_written and expected_data.is_written(each.ctype)
-        )
-
-        def text(case: int) -> str:
-            return describe.call(batch, min(case, batch.count - 1), hidden)
-
-        def program(case: int) -> str:
-            return reproducer.of_case(batch, min(case, batch.count - 1), hidden)
-
-        def act() -> Answer:
-            return expected_data.run(self.session, self.core, batch, **addresses)
-
-        answer = self._student.guard(batch.function, text, act, program)
-        observations = self._student.observations
-        return Answers(batch, answer, hidden, observations.next_batch(), observations)
-
-    def colors(self, x: Array, y: Array) -> Array:
-        """Return what the submission's own trace_ray gives through positions, shape (n, 3).
-
-        The rays are those of its own camera_ray.
-        """
-        rays = self.core.zeros("ray", len(x))
-        seen = self.again(Batch("camera_ray", {"r": rays, "x": x, "y": y}, {}))
-        traced = self.again(Batch("trace_ray", {"r": seen.got("r")}, {}))
-        return traced.got("result")
-
-    def call(self, name: str, text: str, *args: Any) -> Any:
-        """Call a function once and return its result; `text` is the call. Raises CallDied."""
-        reply = self._student.guard(
-            name,
-            lambda case: text,
-            lambda: self.session.call(name, *args),
-            lambda case: reproducer.of_command(name, args, self._setting),
-        )
-        return reply.result
-
-
-def _alone(core: Library, batch: Batch, case: int) -> Answer | None:
-    """Make one call of a batch in a process of its own; None when it does not come back."""
-    args = {name: column[case : case + 1] for name, column in batch.args.items()}
-    one = replace(batch, args=args)
-    try:
-        with core.session(UNIT_LIMITS) as session:
-            expected_data.prepare(session, core, one)
-            return expected_data.run(session, core, one)
-    except Died:
-        return None
-
-
-def without_answers(batch: Batch, **args: Array) -> Batch:
-    """Return the batch with other arguments, and nothing expected."""
-    return replace(batch, args={**batch.args, **args}, answers=())

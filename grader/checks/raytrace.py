@@ -77,20 +77,18 @@ def check(student: Student, look: Callable[[Drawn], None]) -> None:
     """Look at the picture of raytrace. Raises Wrong, Fatal."""
     drawn: list[Drawn] = []
 
-    def draw(session: AbstractContextManager[Bench]) -> Drawn:
-        with session as bench:
-            (batch,) = student.batches("raytrace")
-            drawn.append(_drawn(bench, batch))
-        return drawn[-1]
+    def look_at(picture: Drawn) -> None:
+        drawn.append(picture)
+        look(picture)
 
     try:
-        look(draw(student.probe()))
+        look_at(student.once("raytrace", lambda asked: _drawn(asked, asked.probe())))
     except NotBuilt:
-        look(draw(student.bench()))
+        look_at(_drawn(student, student.bench()))
     except (Wrong, CallDied) as first:
         noted, student.observations = student.observations, Observations()
         try:
-            look(draw(student.bench()))
+            look_at(_drawn(student, student.bench()))
         except (Wrong, CallDied) as second:
             if len(drawn) == 2 and np.array_equal(drawn[0].picture, drawn[1].picture):
                 raise second from None  # trace_ray is not called
@@ -108,7 +106,13 @@ def note(student: Student, drawn: Drawn, expected: Image) -> None:
     student.observations.note("picture", got, far(got, right, tolerance), tolerance)
 
 
-def _drawn(bench: Bench, batch: Batch) -> Drawn:
+def _drawn(student: Student, session: AbstractContextManager[Bench]) -> Drawn:
+    (batch,) = student.batches("raytrace")
+    with session as bench:
+        return _drawn_on(bench, batch)
+
+
+def _drawn_on(bench: Bench, batch: Batch) -> Drawn:
     bench.trial(without_answers(batch))  # sets the scene and the camera
     size = (SIZE[1], SIZE[0], 3)
     j, i = np.divmod(np.arange(SIZE[0] * SIZE[1]), SIZE[0])

@@ -1,4 +1,7 @@
-"""Running one check: again where its process was killed, and again on inputs that nobody has seen.
+"""Running one check: first in a process that serves several, again where that is not enough.
+
+Right programs take one process for all their functions. What fails there, for whatever reason, is
+made again in a process of its own, which alone counts; so is what else that exercise is checked by.
 
 The archive holds the inputs that functions are judged on, and the answers to them: a program that
 has these by heart is right there, and wrong on any others.
@@ -11,9 +14,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from grader.checking.student import Student, Wrong
+from grader.checking.student import CallDied, Student, Wrong
 from grader.evaluation.outcomes import was_killed
-from grader.execution.worker_process import MachineError
+from grader.execution.records import OUT_OF_TIME
+from grader.execution.worker_process import Died, MachineError
 
 # How often a check is run whose process is killed each time; and how often in all for that reason.
 TRIES = 3
@@ -40,6 +44,7 @@ class Attempts:
     def __init__(self, fresh: Path | None = None) -> None:
         self._fresh = fresh
         self._reruns = RERUNS
+        self._apart: set[tuple[str, ...]] = set()  # functions of which a check has failed
         self._out_of_memory = out_of_memory()
 
     def made(self, act: Act, student: Student) -> Attempt:
@@ -60,6 +65,8 @@ class Attempts:
 
         What kills itself does so each time. It is no fault of its own where memory runs out.
         """
+        if (lent := self._lent(act, student)) is not None:
+            return lent
         error = _raised(act, student)
         for _ in range(TRIES - 1):
             if not was_killed(error):
@@ -72,6 +79,22 @@ class Attempts:
         if was_killed(error) and out_of_memory() != self._out_of_memory:
             error = MachineError("the machine is short of memory, and kills processes")
         return Attempt(student, error)
+
+    def _lent(self, act: Act, student: Student) -> Attempt | None:
+        """Run a check in a process that serves several; None when that does not count."""
+        lent = student.lent() if student.own not in self._apart else None
+        if lent is None:
+            return None
+        error = _raised(act, lent)
+        if error is None or not lent.is_begun or _has_run_out(error):
+            return Attempt(lent, error)
+        self._apart.add(student.own)
+        return None
+
+
+def _has_run_out(error: Exception) -> bool:
+    """Say whether a check ended because its time was over: it would only be so again."""
+    return isinstance(error, CallDied | Died) and error.death.cause in OUT_OF_TIME
 
 
 def _earned(attempt: Attempt) -> float:

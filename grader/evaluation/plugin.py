@@ -71,8 +71,9 @@ def run(plugin: GraderPlugin) -> list[Finding]:
     for name in [each for each in os.environ if each.startswith("PYTEST_")]:
         del os.environ[name]
     os.environ["PYTEST_DISABLE_PLUGIN_AUTOLOAD"] = "1"
-    arguments = ["-c", os.devnull, "--rootdir", str(CHECKS), "--strict-markers", "-W", "ignore"]
-    arguments += ["--import-mode=importlib", *(f"-pno:{name}" for name in _UNUSED)]
+    arguments = ["-c", os.devnull, "--rootdir", str(CHECKS), "--confcutdir", str(CHECKS)]
+    arguments += ["--strict-markers", "-W", "ignore", "--import-mode=importlib"]
+    arguments += [f"-pno:{name}" for name in _UNUSED]
     with contextlib.redirect_stderr(io.StringIO()) as said, contextlib.closing(plugin.ahead):
         status = pytest.main([*arguments, str(CHECKS)], plugins=[plugin])
     if status == pytest.ExitCode.INTERRUPTED and not plugin.failure:

@@ -13,8 +13,9 @@ import time
 from collections.abc import Iterator, Sequence
 from typing import IO, Any
 
+from grader.execution.peer import ask_for_sender, sender
 from grader.execution.session_report import MAX_TEXT, printable
-from grader.execution.session_socket import ANSWER_SECONDS, MachineError, ask_for_sender, sender
+from grader.execution.session_socket import ANSWER_SECONDS, MachineError
 from grader.worker import frames
 
 

@@ -15,7 +15,7 @@ from dataclasses import replace
 from functools import cache, partial
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from grader.build import diagnostics, substitution, toolchain
 from grader.build.builder import Builder, Built
@@ -56,6 +56,7 @@ class LibrarySet(Protocol):
 
     stuck: dict[str, Death]  # functions that have run out of time, in whatever check
     is_mixed: bool  # whether functions of the reference stand in for some of its own
+    kept: dict[tuple[Path, str], Any]  # what checks keep of it for one another
 
     def unit(self, size: Size) -> Library:
         """Return the library for functions, with pictures of that size. Raises NotBuilt."""
@@ -83,6 +84,7 @@ class _LibrarySet:
     ) -> None:
         """Libraries without a probe are those in which functions of the reference stand."""
         self.stuck: dict[str, Death] = {}
+        self.kept: dict[tuple[Path, str], Any] = {}
         self.is_mixed = probed is None
         self._probed = probed
         self._sized, self._plain, self._counted = sized, plain, counted

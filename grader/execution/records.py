@@ -54,3 +54,22 @@ class Death:
     # The calls that had led there, each with its "file:line", from the inside out.
     callers: tuple[tuple[str, str], ...] = field(default=(), compare=False)
     seconds: float = field(default=0.0, compare=False)  # that it was allowed
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Bounds of one session: CPU seconds, and bytes of memory beyond what the worker uses.
+
+    The seconds are those of the whole session; with `each_call`, of each request, for a session
+    that stays; with `each_check`, of each check that it serves, one after the other.
+    """
+
+    cpu: float = 10.0
+    memory: int = 512 << 20
+    each_call: bool = False
+    each_check: bool = False
+
+    @property
+    def wall(self) -> float:
+        """Seconds of waiting for one answer: generous, a loaded machine is not the code's fault."""
+        return 3 * self.cpu + 2

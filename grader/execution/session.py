@@ -54,10 +54,9 @@ from grader.course.exercises import ROOT
 from grader.execution.crash_location import acts
 from grader.execution.dtypes import Types, first, pack, unpack
 from grader.execution.marshalling import Address, Array, Reply, packed, unpacked
-from grader.execution.records import Act, Death
+from grader.execution.records import Act, Death, Limits
 from grader.execution.worker_process import (
     Died,
-    Limits,
     MachineError,
     Missing,
     SessionSocket,
@@ -130,6 +129,16 @@ class Library:
         """Start a fresh process with the library; end it when the block ends."""
         _ = self.constants  # nothing runs unless the structs' layouts agree
         with self._process.fork(self.library.library, limits) as channel:
+            yield Session(self, channel)
+
+    @contextlib.contextmanager
+    def lent(self, limits: Limits = DEFAULT_LIMITS) -> Iterator[Session]:
+        """Lend a process that may have served before, with all variables as they were first.
+
+        Raises Overdrawn at the end when the block took more than its seconds.
+        """
+        _ = self.constants
+        with self._process.lend(self.library.library, limits) as channel:
             yield Session(self, channel)
 
 

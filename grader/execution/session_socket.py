@@ -10,11 +10,10 @@ import contextlib
 import os
 import signal
 import socket
-import struct
 import threading
 import time
 from collections.abc import Callable, Container, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import IO, Any
 
 from grader.course.message import FaultError
@@ -22,13 +21,13 @@ from grader.execution import session_report
 from grader.execution.crash_location import CrashLocation
 from grader.execution.memory_watch import MemoryWatch
 from grader.execution.patience import Patience, Seconds
-from grader.execution.records import OUT_OF_TIME, Cause, Death
+from grader.execution.peer import ask_for_sender, sender
+from grader.execution.records import OUT_OF_TIME, Cause, Death, Limits
 from grader.execution.session_report import MAX_TEXT, printable
 from grader.sandbox.budget import Budget
 from grader.worker import frames
 
 ANSWER_SECONDS = 20  # for the worker itself, which runs no code but ours
-_CREDENTIALS = struct.Struct("3i")  # process, user, group
 # What an answer of the session tells that is none.
 _CAUSES = {
     "stray": Cause.STRAY_WRITE,
@@ -59,48 +58,16 @@ class Died(Exception):
         self.death = death
 
 
+class Overdrawn(Exception):
+    """A check took more than its seconds, in a process whose limit was that of others as well."""
+
+
 class Missing(Exception):
     """The submission lacks this function or global variable."""
 
     def __init__(self, name: str) -> None:
         super().__init__(name)
         self.name = name
-
-
-@dataclass(frozen=True)
-class Limits:
-    """Bounds of one session: CPU seconds, and bytes of memory beyond what the worker uses.
-
-    The seconds are those of the whole session; with `each_call`, of each request, for a session
-    that stays.
-    """
-
-    cpu: float = 10.0
-    memory: int = 512 << 20
-    each_call: bool = False
-
-    @property
-    def wall(self) -> float:
-        """Seconds of waiting for one answer: generous, a loaded machine is not the code's fault."""
-        return 3 * self.cpu + 2
-
-
-def sender(sock: socket.socket) -> int:
-    """Return the number of the process at the other end, once it has written; 0 if unknown."""
-    if not hasattr(socket, "SCM_CREDENTIALS"):
-        return 0
-    room = socket.CMSG_SPACE(_CREDENTIALS.size)
-    _, ancillary, _, _ = sock.recvmsg(1, room, socket.MSG_PEEK)
-    for level, kind, data in ancillary:
-        if (level, kind) == (socket.SOL_SOCKET, socket.SCM_CREDENTIALS):
-            return int(_CREDENTIALS.unpack(data[: _CREDENTIALS.size])[0])
-    return 0
-
-
-def ask_for_sender(sock: socket.socket) -> None:
-    """Have the system say who writes at the other end; before it does."""
-    if hasattr(socket, "SO_PASSCRED"):
-        sock.setsockopt(socket.SOL_SOCKET, socket.SO_PASSCRED, 1)
 
 
 class SessionSocket:
@@ -122,6 +89,8 @@ class SessionSocket:
         self._budget = budget  # of the submission
         self._watch = watch  # of its memory
         self._pid = 0  # 0: not known, or not yet
+        self._first_page = b""  # as it was before the first request; b"": there is no renewing
+        self._counted = 0.0  # CPU seconds that the budget knows of
         ask_for_sender(sock)
         self._replies = frames.Reader(sock)
         self._requests: list[bytes] = []  # that wait for the next one which has an answer
@@ -145,7 +114,33 @@ class SessionSocket:
             raise NotLocked(repr(error)) from error
         if head.get("is") != "locked":
             raise NotLocked(head.get("is"))
-        self._hear(0, (), 0)
+        if self._hear(1 if self._limits.each_check else 0, (), 0) == b"\1":
+            self._first_page = self.page()
+
+    def renew(self) -> None:
+        """Have everything be as before the first request, from the next one on."""
+        self._requests.clear()
+        self._variables.clear()
+        self.printed_since()
+        os.pwrite(self._files[2].fileno(), self._first_page, 0)
+        self._requests.append(frames.frame({"do": "renew"}))
+
+    @property
+    def can_serve_on(self) -> bool:
+        """Whether the process is there, and can be renewed."""
+        return bool(self._first_page) and not self._ended and not self._waiting
+
+    def settle(self) -> None:
+        """Note the CPU seconds of a check that has ended well. Raises Overdrawn."""
+        if self._spend(Seconds.of(self._pid).running) >= self._limits.cpu:
+            raise Overdrawn
+
+    def _spend(self, cpu: float, loops: int = 0) -> float:
+        """Note the CPU seconds of the process in all; return those that are new."""
+        taken = max(cpu - self._counted, 0.0)
+        self._counted += taken
+        self._budget.spend(cpu=taken, loops=loops)
+        return taken
 
     def set(self, name: str, payload: bytes) -> None:
         """Write a global variable, before the next request; `ask` then raises what this may."""
@@ -236,7 +231,7 @@ class SessionSocket:
         """End the session."""
         if not self._ended:
             self._ended = True
-            self._budget.spend(cpu=Seconds.of(self._pid).running)
+            self._spend(Seconds.of(self._pid).running)
             with contextlib.suppress(OSError):
                 self._sock.settimeout(GRACE_SECONDS)
                 self._sock.sendall(frames.frame({"do": "close"}))
@@ -263,7 +258,7 @@ class SessionSocket:
                 self._ended = True
                 status, cpu = self._reap(grace, cause in OUT_OF_TIME)
                 self._death = self._explain(status, cpu, cause)
-                self._budget.spend(cpu=cpu, loops=self._death.cause is Cause.TIMEOUT)
+                self._spend(cpu, loops=self._death.cause is Cause.TIMEOUT)
                 if self._death.cause in (Cause.WAITING, Cause.SPENT):
                     self._death = replace(self._death, word=word, seconds=seconds)
             return self._death or Death(Cause.EXIT)

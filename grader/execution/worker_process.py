@@ -28,14 +28,14 @@ from typing import IO, Any
 
 from grader.execution.control_socket import ControlSocket
 from grader.execution.memory_watch import MemoryWatch
-from grader.execution.records import Cause, Death
+from grader.execution.records import Cause, Death, Limits
 from grader.execution.session_socket import (
     ANSWER_SECONDS,
     Died,
-    Limits,
     MachineError,
     Missing,
     NotLocked,
+    Overdrawn,
     SessionSocket,
 )
 from grader.sandbox import bubblewrap
@@ -53,6 +53,7 @@ __all__ = [
     "Limits",
     "MachineError",
     "Missing",
+    "Overdrawn",
     "SessionSocket",
     "WorkerProcess",
     "start_worker",
@@ -150,6 +151,7 @@ class WorkerProcess:
         self._watch: MemoryWatch | None = None
         self._numbers = itertools.count(1)
         self._spares: dict[_Kind, SessionSocket] = {}
+        self._idle: dict[_Kind, SessionSocket] = {}  # that have served, and may again
         self._seen: set[_Kind] = set()
         self._choosing = threading.Lock()  # threads may start sessions at the same time
         machine = "" if isolation.level is Level.PORTABLE else platform.machine()
@@ -175,9 +177,7 @@ class WorkerProcess:
         Once the submission's budget is spent, nothing is started any more.
         From the second of a kind on, one more is made ready meanwhile, for the next time.
         """
-        if spent := self._budget.spent:
-            raise Died(Death(Cause.SPENT, spent, seconds=SECONDS[spent]))
-        kind = (library, replace(limits, cpu=limits.cpu * self._budget.share))
+        kind = self._kind(library, limits)
         with self._choosing:
             channel = self._spares.pop(kind, None) or self._start(kind)
         try:
@@ -185,26 +185,60 @@ class WorkerProcess:
                 if kind in self._seen and kind not in self._spares:
                     self._spares[kind] = self._start(kind)
                 self._seen.add(kind)
-            try:
-                channel.begin()
-            except NotLocked as error:
-                raise self._control.failure("a session is not shut in", error) from error
+            self._begin(channel)
             yield channel
         finally:
             channel.close()
 
+    @contextlib.contextmanager
+    def lend(self, library: str, limits: Limits) -> Iterator[SessionSocket]:
+        """Lend a session that may have served before, with all variables as they were first.
+
+        Raises what fork does, and Overdrawn at the end when it took more than its seconds.
+        """
+        kind = self._kind(library, replace(limits, each_check=True))
+        with self._choosing:
+            served = self._idle.pop(kind, None)
+            channel = served or self._start(kind)
+        try:
+            if served:
+                served.renew()
+            else:
+                self._begin(channel)
+            yield channel
+            channel.settle()
+        finally:
+            with self._choosing:
+                if channel.can_serve_on and kind not in self._idle:
+                    self._idle[kind] = channel
+                else:
+                    channel.close()
+
     def close(self) -> None:
-        """End the sessions that were made ready for nothing."""
-        for each in self._spares.values():
+        """End the sessions that were made ready for nothing, and those that stayed."""
+        for each in (*self._spares.values(), *self._idle.values()):
             each.close()
         if self._watch:
             self._watch.stop()
+
+    def _kind(self, library: str, limits: Limits) -> _Kind:
+        """Return the kind of session that may be started now. Raises Died when none may."""
+        if spent := self._budget.spent:
+            raise Died(Death(Cause.SPENT, spent, seconds=SECONDS[spent]))
+        return library, replace(limits, cpu=limits.cpu * self._budget.share)
+
+    def _begin(self, channel: SessionSocket) -> None:
+        try:
+            channel.begin()
+        except NotLocked as error:
+            raise self._control.failure("a session is not shut in", error) from error
 
     def _start(self, kind: _Kind) -> SessionSocket:
         library, limits = kind
         number, size = next(self._numbers), self._size()
         head: dict[str, Any] = {"do": "fork", "session": number, "key": Path(library).name}
-        head |= {"cpu": math.ceil(limits.cpu), "each_call": limits.each_call}
+        each = "call" if limits.each_call else "renew" if limits.each_check else ""
+        head |= {"cpu": math.ceil(limits.cpu), "each": each}
         head["space"] = size + limits.memory + frames.SHARED_BYTES if size else 0
         ours, theirs = socket.socketpair()
         files = _files()

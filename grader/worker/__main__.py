@@ -35,19 +35,22 @@ NEEDED = ("libm.so.6", "libgcc_s.so.1", "libubsan.so.1")
 _Act = Callable[[dict[str, Any], bytes, list[int]], bytes | None]
 
 
-def _serve(sock: socket.socket, session: WorkerSession, shared: Shared, each_call: int) -> None:
+def _serve(
+    sock: socket.socket, session: WorkerSession, shared: Shared, each: str, seconds: int
+) -> None:
     """Answer the requests of one session, until it is closed.
 
-    Each in so many CPU seconds; 0 when they are bounded together.
+    Each "call" in so many CPU seconds, or those from one "renew" to the next.
     """
-    acts = {name: getattr(session, name) for name in ("call", "get", "set", "buffer", "peek")}
+    names = ("call", "get", "set", "buffer", "peek", "renew")
+    acts = {name: getattr(session, name) for name in names}
     requests = Reader(sock)
     while True:
         head, payload = requests.frame()
         if head["do"] == "close":
             return
-        if each_call:
-            _limit_cpu(math.ceil(time.process_time()) + each_call)
+        if each in ("call", head["do"]):
+            _limit_cpu(math.ceil(time.process_time()) + seconds)
         data: bytes | memoryview
         try:
             kind, data = "done", acts[head["do"]](head, shared.request(head, payload))
@@ -57,7 +60,7 @@ def _serve(sock: socket.socket, session: WorkerSession, shared: Shared, each_cal
             kind, data = "memory", b""
         except Exception as error:  # whatever it is, the parent must hear of it and go on
             kind, data = "refused", str(error).encode()
-        if head["do"] != "set" or kind != "done":
+        if head["do"] not in ("set", "renew") or kind != "done":
             sock.sendall(frame(*shared.reply(kind, data)))
 
 
@@ -163,7 +166,7 @@ class Worker:
         sock = socket.socket(fileno=descriptors[0])
         shared = Shared(descriptors[3])
         _keep(*descriptors[:3])
-        if head["each_call"]:
+        if head["each"]:
             _limit_cpu(head["cpu"])
         else:
             _limit(resource.RLIMIT_CPU, head["cpu"], head["cpu"] + 1)
@@ -178,8 +181,9 @@ class Worker:
         except (OSError, library["ffi"].error) as error:
             sock.sendall(frame({"is": "unloadable"}, str(error).encode()))
             return
-        sock.sendall(frame({"is": "done"}))
-        _serve(sock, session, shared, head["cpu"] if head["each_call"] else 0)
+        can = bytes([session.keep()]) if head["each"] == "renew" else b""
+        sock.sendall(frame({"is": "done"}, can))
+        _serve(sock, session, shared, head["each"], head["cpu"])
 
     def _reap(self, head: dict[str, Any], payload: bytes, descriptors: list[int]) -> bytes:
         pid, grace = self._alive[head["session"]], head["grace"]

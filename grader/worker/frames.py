@@ -6,17 +6,18 @@ bytes. Requests of the parent to the worker, in order; only the last has a reply
                                             is "", its sessions may make the system calls of that
                                             list only, and read these paths
     library  {key, path, sanitized} + code  declares a library; the code makes cffi's `ffi`
-    fork     {session, key, cpu, each_call, space}
+    fork     {session, key, cpu, each, space}
                                             starts a session, by a number of the parent's; four
                                             descriptors come with it: the session's socket, files
                                             for stdout and stderr, the page; cpu seconds of the
-                                            whole, or of each call; space: bytes of addresses, 0
-                                            for no limit
+                                            whole, or of each "call", or from one "renew" to the
+                                            next; space: bytes of addresses, 0 for no limit
     release  {session, grace}               lets a session end by itself, and buries it later
     reap     {session, grace, ask}          ends a session -> wait status (0: it had to be killed),
                                             CPU seconds; ask: first have it note where it is
 The worker's first frame, "ready", answers no request; a session's first, "locked", says that the
-submission's code comes now, and the second, "done", that its library is loaded.
+submission's code comes now, and the second, "done", that its library is loaded; of a session that
+can be renewed, it has one byte, 0 when the library cannot.
 Requests of the parent to a session:
     call     {name, function, count, parameters} + arguments   -> results, tables afterwards;
                                             function: its wrapper in the library
@@ -24,6 +25,8 @@ Requests of the parent to a session:
     set      {name} + bytes                 writes a global variable; without a reply when it can
     buffer   {} + bytes                     -> address of memory that stays as long as the session
     peek     {address, size}                -> bytes of the session's memory
+    renew    {}                             puts all variables back as they were first; without a
+                                            reply when it can
     close    {}                             ends the session, without a reply
 A reply is {"is": KIND} and bytes: done; refused (the request makes no sense, or asks for what the
 library lacks: "missing: NAME"); stray (the code wrote just before a table); unset (it returned a

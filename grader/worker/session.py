@@ -129,6 +129,18 @@ class WorkerSession:
         self._ffi.memmove(out, results, start)
         return out
 
+    def keep(self) -> bool:
+        """Note all variables, for `renew`; return whether they can be put back."""
+        return bool(self._lib.mrt_keep())
+
+    def renew(self, head: dict[str, Any], payload: bytes | memoryview) -> bytes:
+        """Put all variables back as they were noted, and free the buffers."""
+        for each in self._buffers:
+            each.free()
+        self._buffers.clear()
+        self._lib.mrt_renew()
+        return b""
+
     def _function(self, head: dict[str, Any]) -> Any:
         """Return the function to call, in its wrapper."""
         try:

@@ -12,6 +12,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 from grader.authoring.proof.mutants_changes import Mutant
 from grader.authoring.proof.mutants_source import extent, parsed
@@ -44,6 +45,7 @@ class Kit:
 
     def __init__(self, submission: Submission, cache: Path, selects: bool = False) -> None:
         self.stuck: dict[str, Death] = {}
+        self.kept: dict[tuple[Path, str], Any] = {}
         self.is_mixed = False
         self.number = 0
         self._cache, self._selects = cache, selects

@@ -10,7 +10,8 @@ from grader.course import exercises
 from grader.course.exercises import Exercise
 from grader.course.sizes import UNIT
 from grader.execution.libraries import Libraries, NotBuilt
-from grader.execution.session_socket import Died, Limits, MachineError, Missing
+from grader.execution.records import Limits
+from grader.execution.session_socket import Died, MachineError, Missing
 from grader.lab.bridge.scene import drawn
 from grader.lab.display import store
 from grader.lab.display.card import Shown, escape

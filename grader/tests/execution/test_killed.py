@@ -20,6 +20,9 @@ from grader.execution.worker_process import Limits, SessionSocket, WorkerProcess
 from grader.tests.support.outputs import outputs
 
 Write = Callable[..., Path]
+Start = Callable[
+    [WorkerProcess, str, Limits], contextlib.AbstractContextManager[SessionSocket]
+]  # a session
 SUICIDE = "extern int kill(int, int), getpid(void); kill(getpid(), 9); (void)img;"
 
 
@@ -61,21 +64,25 @@ def kill_sessions(process: WorkerProcess) -> None:
 def test_from_outside_it_is_run_again(
     submission: Write, cache: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Right code keeps its points; its process is killed in the first session, then no more."""
-    fork = WorkerProcess.fork
+    """Right code keeps its points; its process is killed in the first sessions, then no more."""
     turns = itertools.count()
 
-    @contextlib.contextmanager
-    def killing(self: WorkerProcess, library: str, limits: Limits) -> Iterator[SessionSocket]:
-        with fork(self, library, limits) as channel:
-            if next(turns) == 1:  # the first holds constants, and nothing of the submission
-                kill_sessions(self)
-            yield channel
+    def killing(start: Start) -> Start:
+        @contextlib.contextmanager
+        def started(self: WorkerProcess, library: str, limits: Limits) -> Iterator[SessionSocket]:
+            with start(self, library, limits) as channel:
+                # The first holds constants; then one that serves several checks, and one's own.
+                if next(turns) in (1, 2):
+                    kill_sessions(self)
+                yield channel
 
-    monkeypatch.setattr(WorkerProcess, "fork", killing)
+        return started
+
+    for name in ("fork", "lend"):
+        monkeypatch.setattr(WorkerProcess, name, killing(getattr(WorkerProcess, name)))
     check = graded(submission(), cache, tmp_path / "build")
     assert (check["outcome"], check["points"]) == ("passed", check["max_points"])
-    assert next(turns) > 3
+    assert next(turns) > 4
 
 
 def test_by_itself_it_crashes_after_a_few_tries(

@@ -9,9 +9,9 @@ import pytest
 
 from grader.authoring.specimens.student import STUDENT_MAIN, main_c
 from grader.execution.patience import Patience, Seconds
-from grader.execution.records import Cause
+from grader.execution.records import Cause, Limits
 from grader.execution.session import Library, open_core
-from grader.execution.session_socket import Died, Limits, SessionSocket
+from grader.execution.session_socket import Died, SessionSocket
 from grader.sandbox import budget
 from grader.sandbox.budget import ASLEEP, Budget
 from grader.tests.support.judging import judge

@@ -29,9 +29,8 @@ from grader.build import builder
 from grader.build.records import BuildResult, Target
 from grader.course.exercises import ROOT
 from grader.execution.canary import prove
-from grader.execution.records import OUT_OF_TIME, Cause, Death
+from grader.execution.records import OUT_OF_TIME, Cause, Death, Limits
 from grader.execution.session import Library, open_core
-from grader.execution.session_socket import Limits
 from grader.execution.worker_process import Died, Missing
 from grader.intake.submission import read_submission
 from grader.sandbox import tools
