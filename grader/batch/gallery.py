@@ -13,7 +13,8 @@ import numpy as np
 from PIL import Image as Pictures
 
 from grader.checking.student import PICTURE_SIZE, CallDied, Student, Wrong
-from grader.execution.libraries import Libraries, NotBuilt
+from grader.execution.libraries import Libraries
+from grader.execution.library_set import NotBuilt
 from grader.execution.session import Array
 from grader.execution.worker_process import Died, Missing
 

@@ -22,10 +22,7 @@ from grader.course.texts import Texts
 FIRST_SCENE = 5  # of those that ./mrt draws with rays
 MAX_OBJECTS = 40  # of a scene: a longer program helps nobody
 # Neither materials, lights nor options play a part in these, unless the material is looked at.
-_GEOMETRY = (
-    *("camera_ray", "in_shadow", "reflected_ray"),
-    *("octree_intersect", "box_overlaps_object"),
-)
+_GEOMETRY = {"camera_ray", "in_shadow", "reflected_ray", "octree_intersect", "box_overlaps_object"}
 _CAMERA = ("camera_ray", "raytrace", "pixel_color")
 # The functions that come before any shading, and the options that they heed without it.
 _FLAT = ("", "trace_ray", "pixel_color")

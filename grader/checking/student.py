@@ -24,7 +24,7 @@ from grader.checking.shapes import Image, Size
 from grader.course import exercises, sizes
 from grader.course.message import Message
 from grader.execution import death_messages
-from grader.execution.libraries import LibrarySet
+from grader.execution.library_set import LibrarySet
 from grader.execution.records import OUT_OF_TIME, Act, Death
 from grader.execution.session import Died, Library, Limits, Session
 

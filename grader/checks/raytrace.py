@@ -23,7 +23,7 @@ from grader.checking.reproducer import Look, of_command
 from grader.checking.shapes import Image
 from grader.checking.student import Bench, CallDied, Student, Wrong, without_answers
 from grader.course.message import Message
-from grader.execution.libraries import NotBuilt
+from grader.execution.library_set import NotBuilt
 
 UNWRITTEN = -1.0  # of every channel, before raytrace
 MOST = 0.5  # of the pixels

@@ -25,7 +25,8 @@ from grader.course.exercises import Check, Manifest
 from grader.course.message import Message
 from grader.evaluation.records import Finding, Outcome
 from grader.evaluation.rules import DONE_WRONG, at_fault, is_judged, settle
-from grader.execution.libraries import NOT_LINKED, Libraries
+from grader.execution.libraries import Libraries
+from grader.execution.library_set import NOT_LINKED
 
 Again = Callable[[str, Student], Finding]  # runs a check, by its id, on another build
 

@@ -11,7 +11,7 @@ from grader.course.message import Message
 from grader.evaluation.records import Outcome
 from grader.evaluation.rules import DONE_WRONG
 from grader.execution import death_messages
-from grader.execution.libraries import NotBuilt
+from grader.execution.library_set import NotBuilt
 from grader.execution.records import OUT_OF_TIME, Act, Cause, Death
 from grader.execution.worker_process import Died, Missing
 

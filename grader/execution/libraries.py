@@ -8,14 +8,13 @@ from __future__ import annotations
 
 import contextlib
 import threading
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from concurrent.futures import Future
 from contextlib import ExitStack
 from dataclasses import replace
 from functools import cache, partial
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Protocol
 
 from grader.build import diagnostics, substitution, toolchain
 from grader.build.builder import Builder, Built
@@ -25,113 +24,16 @@ from grader.build.toolchain import Compiler
 from grader.course import exercises, sizes
 from grader.course.message import Message
 from grader.course.sizes import Size
-from grader.execution.records import Death
-from grader.execution.worker_process import WorkerProcess, start_worker
+from grader.execution.library_set import NOT_LINKED, BuiltLibraries, LibrarySet, Make, NotBuilt
 from grader.intake import originals
 from grader.intake.records import Submission
 from grader.sandbox.budget import Budget
 
-if TYPE_CHECKING:
-    from grader.execution.session import Library
-
-NOT_LINKED = "failure.not_linked"  # of a verdict
 Begin = Callable[[], Future[Built]]
-Make = Callable[[], BuildResult]  # waits until it is built
-
-
-class NotBuilt(Exception):
-    """The file, or the whole submission, does not compile; `message` says it."""
-
-    def __init__(self, message: Message) -> None:
-        super().__init__(message.key)
-        self.message = message
 
 
 def _result(begin: Begin) -> BuildResult:
     return begin().result().result
-
-
-class LibrarySet(Protocol):
-    """The libraries of a submission; each is there when it is asked for, and not before."""
-
-    stuck: dict[str, Death]  # functions that have run out of time, in whatever check
-    is_mixed: bool  # whether functions of the reference stand in for some of its own
-    kept: dict[tuple[Path, str], Any]  # what checks keep of it for one another
-
-    def unit(self, size: Size) -> Library:
-        """Return the library for functions, with pictures of that size. Raises NotBuilt."""
-
-    def probed(self, size: Size) -> Library:
-        """Return `unit` with the probe in the place of trace_ray. Raises NotBuilt."""
-
-    def renderer(self) -> Library:
-        """Return the library for whole pictures. Raises NotBuilt."""
-
-    def counter(self) -> Library:
-        """Return the library that counts how often objects are tested. Raises NotBuilt."""
-
-
-class _LibrarySet:
-    """Libraries as they are built, and a worker for each kind of them."""
-
-    def __init__(
-        self,
-        sized: Mapping[Size, Make],
-        plain: Make,
-        counted: Make,
-        budget: Budget,
-        probed: Callable[[Size], BuildResult] | None = None,
-    ) -> None:
-        """Libraries without a probe are those in which functions of the reference stand."""
-        self.stuck: dict[str, Death] = {}
-        self.kept: dict[tuple[Path, str], Any] = {}
-        self.is_mixed = probed is None
-        self._probed = probed
-        self._sized, self._plain, self._counted = sized, plain, counted
-        self._budget = budget
-        self._cores: dict[str, Library] = {}
-        self._workers: dict[str, WorkerProcess] = {}
-        self._stack = ExitStack()
-        self._making = threading.Lock()  # pictures may be drawn by a thread of their own
-
-    def start(self, preload: str) -> WorkerProcess:
-        """Return the worker in which that is loaded before everything else."""
-        if preload not in self._workers:
-            worker = start_worker(preload, self._budget)
-            self._workers[preload] = self._stack.enter_context(worker)
-        return self._workers[preload]
-
-    def close(self) -> None:
-        """End the workers."""
-        self._stack.close()
-
-    def unit(self, size: Size) -> Library:
-        """See LibrarySet."""
-        return self._core(self._sized[size]())
-
-    def probed(self, size: Size) -> Library:
-        """See LibrarySet."""
-        if self._probed is None:
-            raise NotBuilt(Message(NOT_LINKED))
-        return self._core(self._probed(size))
-
-    def renderer(self) -> Library:
-        """See LibrarySet."""
-        return self._core(self._plain())
-
-    def counter(self) -> Library:
-        """See LibrarySet."""
-        return self._core(self._counted())
-
-    def _core(self, result: BuildResult) -> Library:
-        if result.status is not BuildStatus.BUILT:
-            raise NotBuilt(Message(NOT_LINKED))
-        from grader.execution.session import Library
-
-        with self._making:
-            if result.library not in self._cores:
-                self._cores[result.library] = Library(self.start(result.preload), result)
-            return self._cores[result.library]
 
 
 class Libraries:
@@ -171,7 +73,7 @@ class Libraries:
             self._plain()
             for size in self._drawn:
                 self._sized(size)
-        self._set = _LibrarySet(
+        self._set = BuiltLibraries(
             {size: partial(_result, partial(self._sized, size)) for size in self._drawn},
             partial(_result, self._plain),
             partial(_result, self._counted),
@@ -259,7 +161,7 @@ class Libraries:
                 return cache(make)
 
             sized = {size: mix(partial(self._sized, size)) for size in self._drawn}
-            mixed = _LibrarySet(sized, mix(self._plain), mix(self._counted), self.budget)
+            mixed = BuiltLibraries(sized, mix(self._plain), mix(self._counted), self.budget)
             with contextlib.closing(mixed):
                 yield mixed
 

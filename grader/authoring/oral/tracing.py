@@ -15,7 +15,8 @@ from grader.checking.comparison import Answers, far
 from grader.checking.student import CallDied, Student
 from grader.course import exercises
 from grader.course.sizes import UNIT
-from grader.execution.libraries import Libraries, NotBuilt
+from grader.execution.libraries import Libraries
+from grader.execution.library_set import NotBuilt
 from grader.execution.worker_process import Died, Missing
 from grader.intake.records import Submission
 

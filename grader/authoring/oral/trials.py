@@ -31,7 +31,8 @@ from grader.evaluation.grading import grade
 from grader.evaluation.pipeline import run_checks
 from grader.evaluation.records import CheckResult, Outcome
 from grader.execution import death_messages
-from grader.execution.libraries import Libraries, NotBuilt
+from grader.execution.libraries import Libraries
+from grader.execution.library_set import NotBuilt
 from grader.execution.worker_process import Died, Missing
 from grader.intake.records import Submission
 

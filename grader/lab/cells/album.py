@@ -9,7 +9,8 @@ from collections.abc import Mapping
 from grader.course import exercises
 from grader.course.exercises import Exercise
 from grader.course.sizes import UNIT
-from grader.execution.libraries import Libraries, NotBuilt
+from grader.execution.libraries import Libraries
+from grader.execution.library_set import NotBuilt
 from grader.execution.records import Limits
 from grader.execution.session_socket import Died, MachineError, Missing
 from grader.lab.bridge.scene import drawn
