@@ -17,6 +17,7 @@ from grader.course import exercises as manifest
 from grader.course.exercises import CORE, ROOT
 from grader.course.message import UserError
 from grader.course.texts import preferred
+from grader.files import write_whole
 from grader.intake import originals
 from grader.lab.display import store
 from grader.lab.display.links import graded, outputs
@@ -30,9 +31,16 @@ SETTINGS: dict[str, dict[str, Any]] = {
     "@jupyterlab/apputils-extension/notification": {"checkForUpdates": False, "fetchNews": "false"},
     # Without a kernel, the next day, sliders and inspectors show what they showed.
     "@jupyter-widgets/jupyterlab-manager/plugin": {"saveState": True},
+    # On a narrow screen, or enlarged, a line of code needs no scroll bar of its own.
+    "@jupyterlab/notebook-extension/tracker": {"codeCellConfig": {"lineWrap": True}},
     # A C file that was not saved is not the one that is built.
-    "@jupyterlab/docmanager-extension/plugin": {"autosaveInterval": 10},
+    # On a slow disk, JupyterLab takes what it has just written itself for somebody else's change.
+    "@jupyterlab/docmanager-extension/plugin": {
+        "autosaveInterval": 10,
+        "lastModifiedCheckMargin": 5000,
+    },
 }
+STYLE = Path(__file__).with_name("jupyter.css")
 CLOSED_SECONDS = 1200  # that the kernel of a closed notebook is kept
 SIZES = [0.58, 0.42]  # of the window: notebook, C file
 
@@ -81,6 +89,7 @@ def environment(home: Path) -> dict[str, str]:
 
 def write_settings(home: Path) -> None:
     """Write the settings that are not JupyterLab's own, unless the person has changed them."""
+    write_whole(home / "config" / "custom" / "custom.css", STYLE.read_bytes())
     for name, content in SETTINGS.items():
         path = home / "settings" / f"{name}.jupyterlab-settings"
         if not path.exists():
@@ -125,6 +134,7 @@ def command(root: Path, workspace: str, quiet: bool) -> list[str]:
         f"--ServerApp.root_dir={root}",
         f"--LabApp.default_url=/lab/workspaces/{workspace}",
         "--LabApp.extension_manager=readonly",
+        "--LabApp.custom_css=True",
         # A notebook that was closed: one that is open keeps its kernel, and its variables.
         f"--MappingKernelManager.cull_idle_timeout={CLOSED_SECONDS}",
         "--ServerApp.answer_yes=True",  # Ctrl+C once is enough: what is open is saved

@@ -68,12 +68,10 @@ class BrowserSession:
     cells: Sequence[Cell]  # of the notebook
     complaints: list[str]
 
-    def run_all(self) -> None:
+    def run_all(self, seconds: float = SECONDS) -> None:
         """Run every cell, and wait until the last has run again."""
-        self._run(
-            max(n for n, each in enumerate(self.cells) if each.kind == "code"),
-            self._menu_run_all,
-        )
+        last = max(n for n, each in enumerate(self.cells) if each.kind == "code")
+        self._run(last, self._menu_run_all, seconds)
 
     def run(self, cell: int) -> None:
         """Run one cell as a person does, and wait until it has run."""
@@ -117,7 +115,7 @@ class BrowserSession:
             raise ValueError(f"{path}: does not hold {old!r}")
         path.write_text(text.replace(old, new, 1), encoding="utf-8")
 
-    def _run(self, cell: int, start: Callable[[], None]) -> None:
+    def _run(self, cell: int, start: Callable[[], None], seconds: float = SECONDS) -> None:
         from playwright.sync_api import TimeoutError as Lost
 
         before = self.page.locator(CELL).nth(cell).locator(".jp-InputPrompt").inner_text()
@@ -127,7 +125,7 @@ class BrowserSession:
             with contextlib.suppress(Lost):
                 self._wait_for_prompt(cell, "text !== old", before, STARTED_SECONDS)
                 break
-        self._wait_for_prompt(cell, "text !== old && /[0-9]/.test(text)", before, SECONDS)
+        self._wait_for_prompt(cell, "text !== old && /[0-9]/.test(text)", before, seconds)
 
     def _menu_run_all(self) -> None:
         self.page.click(f"{PROMPT} >> nth=0")
@@ -148,18 +146,18 @@ class BrowserSession:
         )
 
 
-def write(project: Path, cells: Sequence[str] | None = None) -> None:
+def write(project: Path, cells: Sequence[str] | None = None, notebook: str = NOTEBOOK) -> None:
     """Make a student's folder: the reference as the work done, and a notebook of these cells.
 
-    Without cells it is the workbook's own, with its images.
+    Without cells it is the workbook's own of that name, with its images.
     """
     shutil.copytree(CORE, project / "core_c")
     for path in (ROOT / "reference").glob("*.[ch]"):
         shutil.copyfile(path, project / "core_c" / path.name)
-    target = project / NOTEBOOK
+    target = project / notebook
     target.parent.mkdir(parents=True)
     if cells is None:
-        shutil.copyfile(ROOT / NOTEBOOK, target)
+        shutil.copyfile(ROOT / notebook, target)
         shutil.copytree(NOTEBOOKS / "images", target.parents[1] / "images")
         return
     import nbformat
@@ -171,17 +169,19 @@ def write(project: Path, cells: Sequence[str] | None = None) -> None:
 
 
 @contextlib.contextmanager
-def session(project: Path, home: Path, prefix: str = "/") -> Iterator[BrowserSession]:
-    """Start JupyterLab under a prefix of its address, and a browser on it.
+def session(
+    project: Path, home: Path, prefix: str = "/", notebook: str = NOTEBOOK
+) -> Iterator[BrowserSession]:
+    """Start JupyterLab on a notebook, under a prefix of its address, and a browser on it.
 
     `home` is a folder for Jupyter's own files. Raises NoBrowser, NoJupyter.
     """
     import nbformat
 
     # JupyterLab writes the file again meanwhile, not in one go.
-    book = nbformat.read(project / NOTEBOOK, as_version=4)  # type: ignore[no-untyped-call]
+    book = nbformat.read(project / notebook, as_version=4)  # type: ignore[no-untyped-call]
     cells = [Cell(each.cell_type, each.source) for each in book.cells]
-    with chromium() as browser, _server(project, home, prefix) as address:
+    with chromium() as browser, _server(project, home, prefix, notebook) as address:
         page = browser.new_page(viewport=WIDE)
         page.set_default_timeout(SECONDS * 1000)
         made = BrowserSession(page, project, cells, _listen(page))
@@ -192,9 +192,9 @@ def session(project: Path, home: Path, prefix: str = "/") -> Iterator[BrowserSes
 
 
 @contextlib.contextmanager
-def _server(project: Path, home: Path, prefix: str) -> Iterator[str]:
+def _server(project: Path, home: Path, prefix: str, notebook: str) -> Iterator[str]:
     """Start JupyterLab; yield the address of its workspace."""
-    workspace = __main__.write_workspace(home, NOTEBOOK, SOURCE)
+    workspace = __main__.write_workspace(home, notebook, SOURCE)
     __main__.write_settings(home)
     port = _free_port()
     command = [*__main__.command(project, workspace, True), f"--ServerApp.port={port}"]

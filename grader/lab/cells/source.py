@@ -16,7 +16,8 @@ from grader.lab.display.words import say
 
 _PALE = "var(--jp-content-font-color2, #595959)"
 _BLOCK = (
-    "padding:.5em;margin:.4em 0;border:1px solid #808080;white-space:pre;overflow-x:auto;"
+    "padding:.5em;margin:.4em 0;border:1px solid #808080;"
+    "white-space:pre-wrap;word-break:normal;overflow-wrap:anywhere;"
     "background:var(--jp-layout-color0, #fff);color:var(--jp-content-font-color1, #222);"
     "font-family:var(--jp-code-font-family, monospace)"
 )

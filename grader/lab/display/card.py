@@ -67,7 +67,7 @@ def note(sentence: str, tone: str = "plain") -> Shown:
 
 def code(text: str) -> str:
     """Return HTML of lines of code or of a compiler, as they are."""
-    return f'<pre style="{_PRE}">{escape(text)}</pre>'
+    return f'<pre class="mrt-code" style="{_PRE}">{escape(text)}</pre>'
 
 
 def fold(title: str, inside: str) -> str:

@@ -215,7 +215,10 @@ def path(core: Core, i: int = 334, j: int = 119, scene: int = 0) -> Shown:
     points = [np.asarray(content.camera.position), *(np.asarray(each.position) for each in met)]
     for k, (start, end) in enumerate(pairwise(points)):
         above.plot([start[0], end[0]], [start[2], end[2]], color=BLUE if k else ORANGE, lw=2)
-        above.text(end[0], end[2], str(k + 1), ha="left", va="bottom", weight="bold", clip_on=True)
+        ground = {"facecolor": LIGHT[0], "edgecolor": "none", "pad": 1}
+        above.text(
+            end[0], end[2], str(k + 1), va="bottom", weight="bold", clip_on=True, bbox=ground
+        )
     end = np.stack([points[-1], points[-1] + FAR * np.asarray(last.dir)])
     above.plot(end[:, 0], end[:, 2], color=GREY, ls="--")
     share = np.prod([np.asarray(each.material.ks).max() for each in met[:-1]])

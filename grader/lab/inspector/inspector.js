@@ -20,10 +20,10 @@ const STYLE = `
 @media (pointer:coarse){.mrt-bar button{min-width:44px;min-height:44px}}
 .mrt-rays td,.mrt-rays th{padding:.15em .6em .15em 0}
 .mrt-rays tr.mrt-lit{outline:2px solid #0072b2;background:rgba(0,114,178,.15)}
-@container (max-width:36em){
+@container (max-width:42em){
 .mrt-rays thead{display:none}
 .mrt-rays tr{display:block;padding:.3em 0}
-.mrt-rays th,.mrt-rays td{display:inline-block;white-space:normal!important}
+.mrt-rays th,.mrt-rays td{display:inline-block}
 .mrt-rays th{display:block}
 .mrt-rays td:empty{display:none}
 .mrt-rays td::before{content:attr(data-column) "\\00a0: "}

@@ -27,7 +27,7 @@ _PLACES = {
     "fresnel": "k",
 }
 _INDENT = 1.1  # em, for each bounce
-_CELL = "text-align:left;white-space:nowrap"
+_CELL = "text-align:left"
 
 
 @dataclass(frozen=True)

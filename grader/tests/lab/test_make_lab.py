@@ -49,6 +49,9 @@ def test_nothing_of_the_person_is_touched(tmp_path: Path, monkeypatch: pytest.Mo
     manager = tmp_path / "settings/@jupyter-widgets/jupyterlab-manager"
     content = json.loads((manager / "plugin.jupyterlab-settings").read_text("utf-8"))
     assert content == {"saveState": True}  # widgets are there the next day
+    style = tmp_path / "config" / "custom" / "custom.css"  # where JupyterLab looks for it
+    assert style.read_bytes() == __main__.STYLE.read_bytes()
+    assert "--LabApp.custom_css=True" in __main__.command(ROOT, "name", True)
 
 
 @pytest.mark.parametrize(

@@ -61,13 +61,14 @@ def faults(exercise: str, text: str, reached: str, mistake: str) -> list[str]:
     """Return what a check cell says that is not true, or does not lead on."""
     here = ORDER.index(reached)
     later = ORDER.index(exercise) > here
-    wrong = mistake and reached in (exercise, WITH.get(exercise))
+    through = mistake and reached == WITH.get(exercise)  # of what it calls
+    wrong = mistake and reached == exercise
     missing = WITH.get(exercise, exercise) in ORDER[here + 1 :]
     led = NEXT.search(text)
     leads = {
         "to do": later and text.startswith("○") and TO_WRITE.search(text),
-        "wrong": wrong and text.startswith("✗") and QUESTION.search(text),
-        "waits": missing and text.startswith("○") and led,
+        "wrong": (wrong or through) and text.startswith("✗") and QUESTION.search(text),
+        "waits": (missing or through) and text.startswith("○") and led,
         "right": text.startswith("✓") and (led or ALL_RIGHT.search(text)),
         "so far": text.startswith("○") and RIGHT_SO_FAR.search(text) and led,
     }
