@@ -110,7 +110,8 @@ expected: ##
 new: ##
 	@$(call PYTHON_OF,grade) && "$$python" -m grader.authoring.new \
 	    $${EXERCISE:+--exercise "$$EXERCISE"} $${FUNCTION:+--function "$$FUNCTION"} $${CHECK:+--check "$$CHECK"} \
-	    $${SUITE:+--suite "$$SUITE"} $${MISTAKE:+--mistake "$$MISTAKE"} $${WORTH:+--worth "$$WORTH"}
+	    $${SUITE:+--suite "$$SUITE"} $${PICTURE:+--picture "$$PICTURE"} $${SCENE:+--scene "$$SCENE"} \
+	    $${MISTAKE:+--mistake "$$MISTAKE"} $${WORTH:+--worth "$$WORTH"}
 
 calibrate: ##
 	@$(call PYTHON_OF,grade) && "$$python" -m grader.authoring.expected.pictures

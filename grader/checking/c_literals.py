@@ -9,10 +9,11 @@ import numpy as np
 
 from grader.checking import describe
 from grader.checking.expected_data import Array
+from grader.intake.header_numbers import header_number, kinds
 
 # What the program's globals are before it sets them.
-_OPTIONS: dict[str, Any] = {"samples": 1, "max_depth": 10, "epsilon": np.float32(1e-4)}
-_RAY: dict[str, Any] = {"tmin": 0, "tmax": 1000, "depth": 0, "seed": 1}
+_OPTIONS = {"samples": 1, "max_depth": 10, "epsilon": "EPSILON"}
+_RAY = {"tmin": 0, "tmax": "RAY_TMAX", "depth": 0, "seed": 1}
 
 
 def number(item: Any) -> str:
@@ -53,18 +54,25 @@ def kind(item: Any) -> str:
     return {"b": "bool", "i": "int", "u": "int"}.get(item.dtype.kind, "float")
 
 
+def _usual(table: Mapping[str, Any], field: str) -> Any:
+    """Return what a field is at the start: a number, one that the headers have, or else true."""
+    said = table.get(field, True)
+    return np.float32(header_number(said)) if isinstance(said, str) else said
+
+
 def ray(name: str, item: Any, is_seeded: bool) -> Iterator[str]:
     """Yield a ray's declaration, then the fields that ray_init leaves otherwise."""
     yield f"ray {name};"
     yield f"ray_init(&{name}, {vector(item['orig'])}, {vector(item['dir'])});"
-    for field, usual in _RAY.items():
-        if item[field] != usual and (is_seeded or field != "seed"):
+    for field in _RAY:
+        if item[field] != _usual(_RAY, field) and (is_seeded or field != "seed"):
             yield f"{name}.{field} = {number(item[field])};"
 
 
 def solid(item: Any, mat: str) -> str:
     """Return the construction of an object of the material of that name."""
-    word, fields = describe.OBJECTS[int(item["type"])]
+    word = kinds()[int(item["type"])]
+    fields = describe.OBJECTS[word]
     parts = [literal(item[each]) for each in fields]
     if word in ("SPHERE", "PLANE"):  # their vector goes by its components
         first, second = (item[each] for each in fields)
@@ -95,7 +103,7 @@ def camera(item: Any) -> str:
 def options(item: Any, fields: Sequence[str] = ()) -> Iterator[str]:
     """Yield those fields (or all) of `options` that are not as at the start."""
     for field in fields or item.dtype.names:
-        if item[field] != _OPTIONS.get(field, True):
+        if item[field] != _usual(_OPTIONS, field):
             yield f"options.{field} = {number(item[field][()])};"
 
 
@@ -104,7 +112,7 @@ def settings(values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     for name, value in values.items():
         if name not in _OPTIONS and not value:
             yield f"options.{name} = false;", f"--no-{name}"
-        elif name in _OPTIONS and value != _OPTIONS[name]:
+        elif name in _OPTIONS and value != _usual(_OPTIONS, name):
             text = number(np.float32(value) if name == "epsilon" else value)
             yield f"options.{name} = {text};", f"--{name.replace('_', '-')} {text.rstrip('f')}"
 

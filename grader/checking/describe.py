@@ -11,13 +11,14 @@ from typing import Any
 import numpy as np
 
 from grader.checking.expected_data import SIZE, Array, Batch, counted
+from grader.intake.header_numbers import kinds
 
 # The fields of an object that its type uses; the union holds nothing else.
 OBJECTS = {
-    1: ("SPHERE", ("center", "radius")),
-    2: ("PLANE", ("normal", "dist")),
-    3: ("CYLINDER", ("base", "axis", "length", "radius")),
-    4: ("CONE", ("base", "axis", "length", "radius")),
+    "SPHERE": ("center", "radius"),
+    "PLANE": ("normal", "dist"),
+    "CYLINDER": ("base", "axis", "length", "radius"),
+    "CONE": ("base", "axis", "length", "radius"),
 }
 _RAY_DEFAULTS = {"tmin": 0.0, "tmax": 1000.0, "depth": 0}
 # What is worth knowing of a material, by the function that reads it; of other functions, nothing.
@@ -173,7 +174,7 @@ def _numbers(column: Array) -> Array:
     parts = {name: _numbers(column[name]) for name in names}
     if "mat" in names and "type" in names:
         for name, part in parts.items():
-            users = [kind for kind, (_, used) in OBJECTS.items() if name in used]
+            users = [kind for kind, word in kinds().items() if name in OBJECTS[word]]
             part[~np.isin(column["type"], users)] = 0
     return np.hstack([*parts.values()])
 
@@ -182,8 +183,8 @@ def _fields(item: Any, names: Iterable[str], material: Sequence[str]) -> list[st
     names = tuple(names)
     shown: list[str] = []
     if "mat" in names and "type" in names:
-        word, names = OBJECTS[int(item["type"])]
-        shown = [word]
+        word = kinds()[int(item["type"])]
+        names, shown = OBJECTS[word], [word]
     if "shininess" in names:
         names = tuple(material)
     for name in names:

@@ -29,6 +29,7 @@ from grader.checking.npz import Arrays, archived
 from grader.course import exercises, sizes
 from grader.course.message import FaultError
 from grader.execution.session import Address, Library, Session
+from grader.intake.header_numbers import header_number
 
 Array = npz.Array
 
@@ -105,7 +106,7 @@ def prepare(session: Session, core: Library, batch: Batch) -> None:
 def _foreign(core: Library) -> dict[str, Array]:
     """Return a scene, lights and a camera that have nothing to do with any call."""
     scene, lights, camera = core.zeros("object", 2), core.zeros("light", 2), core.zeros("camera")
-    scene["type"], scene["radius"] = (1, 2), 9
+    scene["type"], scene["radius"] = (header_number("SPHERE"), header_number("PLANE")), 9
     scene["normal"], scene["dist"] = (0, 1, 0), 7
     scene["mat"]["kd"], scene["mat"]["ks"], scene["mat"]["shininess"] = (9, 0, 9), (0, 9, 0), 3
     lights["position"], lights["col"] = [(5, 60, 7), (-70, 8, 9)], [(8, 0, 1), (0, 7, 2)]

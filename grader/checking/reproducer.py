@@ -18,8 +18,8 @@ from grader.checking import c_literals
 from grader.checking.describe import value
 from grader.checking.expected_data import SIZE, Array, Batch, counted
 from grader.course.texts import Texts
+from grader.intake.header_numbers import header_number
 
-FIRST_SCENE = 5  # of those that ./mrt draws with rays
 MAX_OBJECTS = 40  # of a scene: a longer program helps nobody
 # Neither materials, lights nor options play a part in these, unless the material is looked at.
 _GEOMETRY = {"camera_ray", "in_shadow", "reflected_ray", "octree_intersect", "box_overlaps_object"}
@@ -116,10 +116,15 @@ def of_command(name: str, args: Sequence[Any], setting: Batch | None = None, *lo
     return _program(SIZE, [*_Writer("").setting(settings)], [call, *_aligned(rows)])
 
 
+def command_of(scene: int) -> str:
+    """Return the words that draw a scene with the program."""
+    return f"./mrt {scene + int(header_number('FIRST_RAYTRACED_SCENE'))} image"
+
+
 def of_picture(scene: int, settings: Mapping[str, Any], size: tuple[int, int]) -> str:
     """Return the program that draws a scene with other fields of `options`, and ./mrt's words."""
     pairs = [*c_literals.settings(settings)]
-    words = " ".join(["./mrt", str(scene + FIRST_SCENE), "image", *(word for _, word in pairs)])
+    words = " ".join([command_of(scene), *(word for _, word in pairs)])
     fields = [statement for statement, _ in pairs]
     return _program(
         size,

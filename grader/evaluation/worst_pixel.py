@@ -14,7 +14,7 @@ import numpy as np
 
 from grader.checking.expected_data import ExpectedError
 from grader.checking.pictures import expected_files
-from grader.checking.pictures.plan import PATTERNED, ExpectedPicture
+from grader.checking.pictures.plan import ExpectedPicture
 from grader.checking.records import Pinned, Spot
 from grader.checking.student import PICTURE_SIZE, Student
 from grader.evaluation.records import Finding
@@ -60,7 +60,7 @@ def with_worst_pixel(finding: Finding, student: Student) -> Finding:
 
 def _pinned(spots: tuple[Spot, ...], student: Student) -> Pinned | None:
     picture = ExpectedPicture.parse(spots[0].picture)
-    texels = expected_files.read_texels(student.folder) if picture.scene in PATTERNED else None
+    texels = expected_files.read_texels(student.folder) if picture.rules.patterned else None
     with student.stage(LIMITS, texels, **picture.options) as (session, core):
         caller, spot = _SessionCaller(session, core), spots[0]
         try:

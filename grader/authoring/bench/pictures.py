@@ -11,7 +11,7 @@ from grader.authoring.expected.pictures.readings import REFERENCE
 from grader.authoring.expected.pictures.texels import texels
 from grader.checking.expected_data import FOLDER
 from grader.checking.pictures.judgement import judge
-from grader.checking.pictures.plan import JUDGED
+from grader.checking.pictures.plan import judged
 
 ROUNDS = 9
 GOAL_MS = 5.0
@@ -28,7 +28,7 @@ class JudgedPicture:
 def measure() -> list[JudgedPicture]:
     """Judge the reference's own pictures."""
     found = []
-    for picture in JUDGED:
+    for picture in judged():
         drawn = REFERENCE.draw(picture, texels(), seed=1 if picture.stage == "glass" else 0)
         judge(FOLDER, picture, drawn)  # reads the manifest
         costs = []

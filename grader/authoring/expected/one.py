@@ -16,7 +16,8 @@ from grader.authoring.specimens import mistakes
 from grader.checking.expected_data import read_manifest
 from grader.checking.pictures import expected_files
 from grader.checking.pictures.candidates import name_of
-from grader.checking.pictures.plan import JUDGED, SCENES, ExpectedPicture, everything
+from grader.checking.pictures.plan import ExpectedPicture, everything, judged
+from grader.course import scenes
 from grader.course.message import GraderError
 from grader.course.nearest import nearest
 from grader.execution.session import Library
@@ -43,22 +44,23 @@ def store_suite(core: Library, folder: Path, name: str) -> None:
 
 
 def store_picture(folder: Path, name: str) -> None:
-    """Make a picture again, or with a name such as "scene4" what stands where in a scene.
+    """Make a picture again, or with a name such as "scene4" a scene: what stands where, and all.
 
     Of a picture that checks look at, what the mistakes draw there is made again as well.
     Raises UnknownNameError, ExpectedError, OSError.
     """
-    scenes = {f"scene{each}": each for each in SCENES}
+    numbers = {f"scene{each}": each for each in scenes.load()}
     pictures = {each.name: each for each in everything()}
-    _expect_known("PICTURE", name, [*pictures, *scenes])
+    _expect_known("PICTURE", name, [*pictures, *numbers])
     place = folder / expected_files.FOLDER
-    if name in scenes:
-        merge(place, *make.scene_files(scenes[name]))
-        return
-    merge(place, *make.picture_files(pictures[name]))
-    if pictures[name] in JUDGED:
-        # What mistakes draw is told from what is accepted.
-        _store_mistakes_of(folder, pictures[name])
+    if name in numbers:
+        merge(place, *make.scene_files(numbers[name]))
+    for each in pictures.values():
+        if name in (each.name, f"scene{each.scene}"):
+            merge(place, *make.picture_files(each))
+            if each in judged():
+                # What mistakes draw is told from what is accepted.
+                _store_mistakes_of(folder, each)
 
 
 def store_mistake(folder: Path, name: str, cache: Path = mistake_bank.CACHE) -> None:
@@ -70,7 +72,7 @@ def store_mistake(folder: Path, name: str, cache: Path = mistake_bank.CACHE) -> 
     _expect_known("MISTAKE", name, known)
     mistake_bank.store(folder, cache, lambda each: each.id == name)
     place = folder / expected_files.FOLDER
-    for picture in JUDGED:
+    for picture in judged():
         if lineup.is_of(folder, known[name], picture):
             _store_mistakes_of(folder, picture)
     manifest, now = read_manifest(place), lineup.fingerprints()

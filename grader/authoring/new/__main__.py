@@ -1,4 +1,4 @@
-"""make new: python -m grader.authoring.new --exercise ID | --check ID | --mistake ID."""
+"""make new: python -m grader.authoring.new, with --exercise, --check, --mistake or --scene."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import argparse
 import sys
 from collections.abc import Sequence
 
-from grader.authoring.new import check, exercise, mistake
+from grader.authoring.new import check, exercise, mistake, scene
 from grader.authoring.new.edits import MARK, Edit, NewError, write
 from grader.authoring.specimens import mistakes
 from grader.course import exercises
@@ -31,7 +31,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="python -m grader.authoring.new", description=__doc__)
-    for name in ("exercise", "function", "check", "suite", "mistake"):
+    for name in ("exercise", "function", "check", "suite", "picture", "mistake", "scene"):
         parser.add_argument(f"--{name}", default="")
     parser.add_argument("--worth", default="idea", help="of a mistake (default: %(default)s)")
     return parser
@@ -44,9 +44,14 @@ def _made(options: argparse.Namespace) -> tuple[list[Edit], list[str]]:
         known = mistakes.load()
         made = mistake.edits(options.mistake, options.exercise, options.worth, rules, known)
         return made, [f"make expected MISTAKE={options.mistake}", "make prove PART=known"]
+    if options.scene:
+        return scene.edits(options.scene), scene.then(options.scene)
     if options.check:
-        made = check.edits(options.check, options.suite, rules)
         asked = f"make grade SUBMISSION=reference K={options.check}"
+        if options.picture:
+            made = check.picture_edits(options.check, options.picture, options.exercise, rules)
+            return made, [f"make expected PICTURE={options.picture}", "make calibrate", asked]
+        made = check.edits(options.check, options.suite, rules)
         return made, [f"make expected SUITE={options.suite}", asked]
     if options.exercise:
         made = exercise.edits(options.exercise, options.function, rules)
@@ -57,7 +62,8 @@ def _made(options: argparse.Namespace) -> tuple[list[Edit], list[str]]:
             *("make skeleton", f"make expected SUITE={function}.any", asked, mistaken),
             *("make notebooks", "make test"),
         ]
-    raise NewError("say what is new: EXERCISE=TP3.B3 FUNCTION=fog_color, CHECK= SUITE=, MISTAKE=")
+    known = "EXERCISE=TP3.B3 FUNCTION=fog_color, CHECK= SUITE=, MISTAKE=, SCENE="
+    raise NewError(f"say what is new: {known}")
 
 
 def _told(made: Sequence[Edit], then: Sequence[str]) -> str:

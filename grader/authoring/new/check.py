@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Mapping, Sequence
 
 from grader.authoring.expected.suites import recipes
 from grader.authoring.new.edits import MARK, Edit, NewError, behind, in_table, read
+from grader.checking.pictures.plan import everything
 from grader.course.exercises import CORE, ROOT, Exercise, Manifest
 from grader.course.nearest import nearest
 from grader.course.texts import LANGUAGES
@@ -30,10 +32,7 @@ HINTS: Mapping[str, str] = {
 
 def edits(check: str, suite: str, rules: Manifest) -> list[Edit]:
     """Return the files of a new check that compares the answers to a suite. Raises NewError."""
-    if not _ID.fullmatch(check):
-        raise NewError(f"CHECK={check}: an id is like tp2.intersect_plane.range")
-    if check in rules.checks():
-        raise NewError(f"CHECK={check}: there is one already, in {MANIFEST}")
+    _expect_new(check, rules)
     exercise = _exercise(check, rules)
     about = {*exercise.functions, *(each.subject for each in exercise.checks)}
     if suite.partition(".")[0] not in about or not suite.partition(".")[2]:
@@ -44,11 +43,43 @@ def edits(check: str, suite: str, rules: Manifest) -> list[Edit]:
         f" # {MARK} its weight, and what is compared (or a helper: see the head of this file)\n"
     )
     text = behind(MANIFEST, read(MANIFEST), rf'^"{exercise.checks[-1].id}" = .*\n', line)
-    sentences = [_messages(check, exercise, language) for language in LANGUAGES]
     if suite not in {each.name for each in recipes()}:
         block = rf'^id = "{re.escape(exercise.id)}"\n(?:.+\n)*'
         text = behind(MANIFEST, text, block, suite_lines(suite, parameters(suite)))
-    return [Edit(MANIFEST, text), *sentences]
+    return _with_messages(check, exercise, text)
+
+
+def picture_edits(check: str, picture: str, name: str, rules: Manifest) -> list[Edit]:
+    """Return the files of a new check that judges a picture. Raises NewError."""
+    _expect_new(check, rules)
+    known = {each.name for each in everything()}
+    if picture not in known:
+        raise NewError(f"PICTURE={picture}: the nearest is {nearest(picture, known)}")
+    own = {each.id: each for each in rules.exercises if check.startswith(f"tp{each.tp}.scene.")}
+    if name not in own:
+        near = nearest(name, own) or "none: the check's id is like tp4.scene.shadows_4"
+        raise NewError(f"EXERCISE={name}: whose picture it is; the nearest is {near}")
+    # What draws one picture of an exercise draws the others.
+    like = next((each for each in own[name].checks if each.is_picture), None)
+    needs = json.dumps([*(like.needs if like else own[name].depends)])
+    line = (
+        f'"{check}" = {{ weight = 1, picture = "{picture}", needs = {needs} }}'
+        f" # {MARK} its weight, and whose functions it needs (see the head of this file)\n"
+    )
+    last = rf'^"{own[name].checks[-1].id}" = .*\n'
+    return _with_messages(check, own[name], behind(MANIFEST, read(MANIFEST), last, line))
+
+
+def _expect_new(check: str, rules: Manifest) -> None:
+    if not _ID.fullmatch(check):
+        raise NewError(f"CHECK={check}: an id is like tp2.intersect_plane.range")
+    if check in rules.checks():
+        raise NewError(f"CHECK={check}: there is one already, in {MANIFEST}")
+
+
+def _with_messages(check: str, exercise: Exercise, manifest: str) -> list[Edit]:
+    sentences = [_messages(check, exercise, language) for language in LANGUAGES]
+    return [Edit(MANIFEST, manifest), *sentences]
 
 
 def messages_of(exercise: Exercise, language: str, file: str) -> str:

@@ -13,7 +13,7 @@ from grader.files import write_whole
 
 MARK = "TO WRITE:"
 _ENTRY = re.compile(r'"(tp\d\.[\w.]+)" = ')
-_NOTE = re.compile(rf".*?{MARK} (.*?)(?: \*/| -->|''')?$")
+_NOTE = re.compile(rf""".*?{MARK} (.*?)(?: \*/| -->|\'\'\'|\\n")?$""")
 
 
 class NewError(GraderError):

@@ -18,11 +18,11 @@ from grader.checking import c_literals
 from grader.checking.expected_data import FOLDER
 from grader.checking.pictures import expected_files
 from grader.checking.pictures.measure import LEVEL
-from grader.checking.pictures.plan import PATTERNED, SAMPLES, ExpectedPicture
-from grader.checking.reproducer import FIRST_SCENE
+from grader.checking.pictures.plan import SAMPLES, ExpectedPicture
+from grader.checking.reproducer import command_of
 from grader.checking.shapes import Image
 from grader.checking.student import CallDied, Student
-from grader.course import exercises
+from grader.course import exercises, scenes
 from grader.course.message import Message
 from grader.course.sizes import PICTURE, sizes_for
 from grader.course.texts import Texts
@@ -46,17 +46,8 @@ _STAGES: Mapping[str, tuple[str, ...]] = {
     "mirror": ("TP4.2", "TP4.3"),
     "fresnel": ("TP5.1", "TP5.2"),
 }
-# The scenes in which an exercise may be seen, the best one first. The spheres of TP5.B2 are too
-# many to be drawn without the octree.
-_SCENES: Mapping[str, tuple[int, ...]] = {
-    "TP2.B1": (2, 5),
-    "TP2.B2": (5,),
-    "TP3.B1": (6,),
-    "TP3.B2": (6,),
-    "TP4.B1": (3,),
-    "TP5.B1": (7,),
-    "TP5.B2": (),
-}
+# The scenes in which what is no bonus may be seen, the best one first. The spheres of TP5.B2 are
+# too many to be drawn without the octree: no scene shows them.
 _USUAL = (4, 0, 1)
 _TEAL, _YELLOW = (0.2, 0.6, 0.7), (1.0, 0.9, 0.2)
 # What is drawn with TP1's functions.
@@ -120,7 +111,8 @@ class TrialProgram:
                     black = np.zeros((PICTURE[1], PICTURE[0], 3), np.float32)
                     name = view.call.partition("(")[0]
                     return Drawn(_shown(canvas.draw(name, black, **view.settings).after))
-            texels = expected_files.read_texels(FOLDER) if view.scene in PATTERNED else None
+            patterned = scenes.load()[view.scene].patterned
+            texels = expected_files.read_texels(FOLDER) if patterned else None
             return Drawn(_shown(student.picture(view.scene, texels, **view.settings)))
         except CallDied as error:
             what, place = death_messages.message(error.death, error.call), error.death.location
@@ -216,7 +208,8 @@ def views(exercise: str, begun: Collection[str]) -> Iterator[TrialView]:
             yield TrialView(f"{asked.functions[0]}({', '.join(['img', *words])})", None, settings)
         return
     stage = _stage(exercise, begun)
-    for scene in _SCENES.get(exercise, _USUAL) if stage else ():
+    own = [number for number, each in scenes.load().items() if exercise in each.shows]
+    for scene in (own if asked.bonus else _USUAL) if stage else ():
         options = ExpectedPicture(scene, "glass" if exercise == "TP5.B1" else stage).options
         if exercise == "TP5.3":
             options["samples"] = SAMPLES
@@ -224,7 +217,7 @@ def views(exercise: str, begun: Collection[str]) -> Iterator[TrialView]:
         left = {"refraction", *(() if "TP4.B1" in begun else ("octree",))}
         told = {key: value for key, value in options.items() if key not in left}
         words = [word for _, word in c_literals.settings(told)]
-        command = " ".join(["./mrt", str(scene + FIRST_SCENE), "image", *words])
+        command = " ".join([command_of(scene), *words])
         yield TrialView(command, scene, options)
 
 

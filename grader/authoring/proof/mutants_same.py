@@ -23,7 +23,7 @@ from grader.authoring.proof.mutants_family import QUICK, Kit
 from grader.authoring.specimens import patches
 from grader.checking import expected_data
 from grader.checking.expected_data import SIZE, Array, Batch
-from grader.checking.pictures.plan import OCTREE, PATTERNED, ExpectedPicture, everything
+from grader.checking.pictures.plan import ExpectedPicture, everything
 from grader.course.exercises import CORE
 from grader.execution.session import Address, Library, Limits, Session
 from grader.execution.worker_process import Died
@@ -93,7 +93,7 @@ def _parts(mutant: Mutant) -> Iterator[tuple[str, Part]]:
         if name.startswith("octree") or not with_tree:
             yield name, _calls(batches)
     for picture in everything():
-        if picture.scene in OCTREE or not with_tree:
+        if picture.rules.octree or not with_tree:
             yield picture.name, _picture(picture)
 
 
@@ -193,7 +193,7 @@ def _picture(picture: ExpectedPicture) -> Part:
         for name, value in picture.options.items():
             options[name] = value
         session.set("options", options)
-        table = texels() if picture.scene in PATTERNED else None
+        table = texels() if picture.rules.patterned else None
         expected_data.lend_texture(session, core, table)
         session.call("setup_scene", picture.scene)
         session.call("raytrace")

@@ -9,7 +9,7 @@ import numpy as np
 from grader.checking.pictures import image_tools
 from grader.checking.pictures.measure import FAR_SMOOTH
 from grader.checking.pictures.neighbours import Surroundings
-from grader.checking.pictures.plan import STAGES, TRANSPARENT
+from grader.checking.pictures.plan import STAGES
 from grader.checking.pictures.regions import (
     HIGHLIGHT,
     LIT,
@@ -28,6 +28,7 @@ from grader.checking.pictures.regions import (
 from grader.checking.pictures.whole import scale_verdict, typical_factor
 from grader.checking.shapes import Image, Mask
 from grader.course.message import Message
+from grader.course.scenes import load
 
 MOST = 0.9  # share that counts as "all"
 INSIDE = 0.5  # of what is wrong: more than edges, though no part is wrong as a whole
@@ -64,7 +65,8 @@ def find(scene: PictureParts) -> Message:
 def _glass(scene: PictureParts) -> Message:
     """Name what is seen through, or else what is wrong besides."""
     name = _worst_thing(scene)
-    key = "picture.glass" if name in TRANSPARENT else "picture.glass_elsewhere"
+    is_glass = name in load()[scene.maps.scene].transparent
+    key = "picture.glass" if is_glass else "picture.glass_elsewhere"
     return Message(key, {"thing": named(name)})
 
 

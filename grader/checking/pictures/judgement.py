@@ -21,7 +21,7 @@ from grader.checking.pictures import (
 )
 from grader.checking.pictures.expected_files import Expected
 from grader.checking.pictures.measure import LEVEL, Floats, Measures, measure, outside, worst_tile
-from grader.checking.pictures.plan import COURSE, PATTERNED, STAGES, ExpectedPicture
+from grader.checking.pictures.plan import COURSE, STAGES, ExpectedPicture
 from grader.checking.pictures.regions import (
     MATCH,
     SKY,
@@ -84,9 +84,8 @@ def check_picture(student: Student, scene: int, stage: str, *only: str) -> None:
 
 def _check_here(student: Student, picture: ExpectedPicture, only: Sequence[str]) -> None:
     """Judge a picture of the archive. Raises Wrong, CallDied."""
-    scene = picture.scene
-    texels = expected_files.read_texels(student.folder) if scene in PATTERNED else None
-    got = student.picture(scene, texels, None, **picture.options)
+    texels = expected_files.read_texels(student.folder) if picture.rules.patterned else None
+    got = student.picture(picture.scene, texels, None, **picture.options)
     # A picture of one colour, drawn by stubs, shows nothing.
     empty = student.meets_stubs and whole.is_plain(got)
     found = judge(student.folder, picture, got, only, shown=student.is_begun and not empty)
@@ -94,7 +93,7 @@ def _check_here(student: Student, picture: ExpectedPicture, only: Sequence[str])
     if found.remark:
         student.remarks.append(found.remark)
     if found.complaint:
-        program = reproducer.of_picture(scene, picture.options, PICTURE_SIZE)
+        program = reproducer.of_picture(picture.scene, picture.options, PICTURE_SIZE)
         complaint = Wrong(found.complaint.key, **found.complaint.values)
         spots = tuple(_spot(picture, got, each) for each in found.pixels)
         evidence = Evidence(found.share, program, found.images, found.places, spots=spots)

@@ -11,9 +11,10 @@ import numpy as np
 from grader.checking.expected_data import Array
 from grader.checking.pictures.expected_files import read_arrays
 from grader.checking.pictures.measure import Floats
-from grader.checking.pictures.plan import STAGES, ExpectedPicture, thing
+from grader.checking.pictures.plan import STAGES, ExpectedPicture
 from grader.checking.shapes import Image, Mask
 from grader.course.message import Message
+from grader.course.scenes import load
 
 SKY = "sky"
 LIT, UNLIT, HIGHLIGHT, SHADOW, WHOLE = "lit", "unlit", "highlight", "shadow", "whole"
@@ -52,7 +53,7 @@ class Maps:
         """Return where a thing keeps some light off."""
         where = np.zeros(self.thing.shape, bool)
         for k in np.unique(self.blocker):
-            if k >= 0 and thing(self.scene, int(k)) == name:
+            if k >= 0 and load()[self.scene].thing(int(k)) == name:
                 where |= (self.blocker == k).any(axis=0)
         return where
 
@@ -97,7 +98,7 @@ def read_maps(folder: Path, scene: int) -> Maps:
     """Read what stands where in a scene. Raises ExpectedError."""
     arrays = read_arrays(folder, f"scene{scene}.maps.npz")
     most = max(int(arrays[name].max()) for name in ("object", "mirrored", "blocker")) + 1
-    names = [thing(scene, k) for k in range(most)]
+    names = [load()[scene].thing(k) for k in range(most)]
     order = tuple(dict.fromkeys([SKY, *names]))
     lookup = np.array([*map(order.index, names), 0], np.int16)  # the last for -1, the sky
     shape = arrays["object"].shape
@@ -135,7 +136,7 @@ def _parts(picture: ExpectedPicture, maps: Maps, name: str) -> Iterator[tuple[st
     if "shadows" in on:
         barred, by = maps.shade()
         for k in np.unique(by[rest & barred]):
-            yield SHADOW, thing(maps.scene, int(k)), rest & barred & (by == k)
+            yield SHADOW, load()[maps.scene].thing(int(k)), rest & barred & (by == k)
         rest &= ~barred
     yield HIGHLIGHT, "", rest & maps.highlight
     yield LIT, "", rest & ~maps.highlight

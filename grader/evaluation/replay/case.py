@@ -17,13 +17,14 @@ from grader.course.message import Message
 from grader.evaluation.replay.expected_maps import Wanted
 from grader.evaluation.replay.probe import Probe
 from grader.evaluation.replay.ray_tree import Node
+from grader.intake.header_numbers import kinds
 
 _FUNCTIONS = {"TP4.B1": "octree_intersect"}
 CLOSE = 2e-3  # of directions and colours
 _ROUNDING = 1.2e-7  # of a coordinate
 FAR_T = 1e-3  # of distances, in their own share
 # The exercise that meets each type of object.
-SHAPES = {1: "TP2.4", 2: "TP2.3", 3: "TP2.B1", 4: "TP2.B2"}
+SHAPES = {"SPHERE": "TP2.4", "PLANE": "TP2.3", "CYLINDER": "TP2.B1", "CONE": "TP2.B2"}
 
 
 @dataclass(frozen=True)
@@ -80,7 +81,7 @@ class ReplayedPixel:
 
     def shape(self, index: int) -> str:
         """Return the exercise that meets an object."""
-        return SHAPES[int(self.probe.content.objects["type"][index])]
+        return SHAPES[kinds()[int(self.probe.content.objects["type"][index])]]
 
 
 def far(got: Any, wanted: Any, near: float = CLOSE) -> bool:

@@ -11,9 +11,9 @@ import numpy as np
 
 from grader.checking.expected_data import Array, ExpectedError
 from grader.checking.pictures import expected_files
-from grader.checking.pictures.plan import SCENES
 from grader.checking.shapes import Size
 from grader.checking.student import PICTURE_SIZE
+from grader.course.scenes import load
 from grader.evaluation.replay.ray_tree import SKY
 
 _NORMAL_UNITS, _COSINE_UNITS = 32767, 127
@@ -103,7 +103,7 @@ def object_map(folder: Path, scene: int | None, size: Size) -> Array | None:
 
 
 def _of(folder: Path, scene: int | None, size: Size) -> Mapping[str, Array] | None:
-    known = scene is not None and scene in SCENES and size == PICTURE_SIZE
+    known = scene is not None and scene in load() and size == PICTURE_SIZE
     return _stored(folder, scene) if known and scene is not None else None
 
 

@@ -16,12 +16,12 @@ from grader.evaluation.replay.caller import Caller, Content
 from grader.evaluation.replay.ray_tree import UNKNOWN, Alone, Bounce, Kind, Lit, Node, RayHit
 from grader.execution.marshalling import Reply
 from grader.execution.session import Library, Session
+from grader.intake.header_numbers import header_number
 
 FAINT = 1 / 255  # a ray that adds less is not followed
 MOST_BOUNCES = 6  # that are followed
 FEW = 64  # objects that are all asked; of more, those near the ray
 NEAR = 1.2  # radii around a ray
-SPHERE = 1
 _SAME = 1e-4  # share of a distance within which two hits are one
 _BEFORE = 1e-3  # share of a distance: just before it
 
@@ -270,7 +270,7 @@ class Probe:
         """Centres and radii side by side in memory, and which objects are no spheres."""
         objects = self.content.objects
         centers, radii = (np.ascontiguousarray(objects[name]) for name in ("center", "radius"))
-        return centers, radii, objects["type"] != SPHERE
+        return centers, radii, objects["type"] != header_number("SPHERE")
 
 
 def unit(vectors: Array) -> Array:

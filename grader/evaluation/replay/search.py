@@ -9,10 +9,9 @@ import numpy as np
 
 from grader.checking.expected_data import Array
 from grader.evaluation.replay.case import FAR_T, ReplayedPixel, WrongValue, far, told
-from grader.evaluation.replay.probe import SPHERE
 from grader.evaluation.replay.ray_tree import Alone, RayHit
+from grader.intake.header_numbers import kinds
 
-_PLANE = 2
 _OFF = 1e-2  # scene units: a point that is farther from a surface does not lie on it
 
 
@@ -62,9 +61,10 @@ def _astray(case: ReplayedPixel, ray: Any, index: int, hit: RayHit) -> bool:
     if not ray["tmin"] <= hit.t <= ray["tmax"]:
         return True
     each, point = case.probe.content.objects[index], ray["orig"] + hit.t * ray["dir"]
-    if each["type"] == SPHERE:
+    kind = kinds()[int(each["type"])]
+    if kind == "SPHERE":
         away = np.linalg.norm(point - each["center"]) - each["radius"]
-    elif each["type"] == _PLANE:
+    elif kind == "PLANE":
         away = point @ each["normal"] + each["dist"]
     else:
         return False

@@ -11,6 +11,8 @@ from typing import Any, cast
 import numpy as np
 import numpy.typing as npt
 
+from grader.checking.describe import OBJECTS
+from grader.intake.header_numbers import header_number, kinds
 from grader.lab.display.card import Shown, escape, table
 from grader.lab.display.vectors import Array, Color, Vec3, number, swatch
 from grader.lab.display.words import say
@@ -26,15 +28,7 @@ _UNITS = {
     "depth": "bounces",
 }
 _COLORS = ("kd", "ks", "kr", "kd2", "col")
-# What an object of each type uses: the union holds nothing else.
-SHAPES = {
-    1: ("Sphere", ("center", "radius")),
-    2: ("Plane", ("normal", "dist")),
-    3: ("Cylinder", ("base", "axis", "length", "radius")),
-    4: ("Cone", ("base", "axis", "length", "radius")),
-}
 _MATERIAL = ("kd", "ks", "shininess", "kr")
-_CHECKER, _IMAGE = 1, 2
 
 
 class Record:
@@ -160,7 +154,7 @@ class Material(Record):
             names += ("refraction_index",) if self._data["refraction_index"] else ()
             pattern = self._data["pattern"]
             names += ("pattern", "pattern_origin") if pattern else ()
-            names += ("kd2", "pattern_size") if pattern == _CHECKER else ()
+            names += ("kd2", "pattern_size") if pattern == header_number("PATTERN_CHECKER") else ()
         return names
 
 
@@ -172,10 +166,13 @@ class Object(Record):
     def _names(self) -> tuple[str, ...]:
         if self.shape:
             return super()._names()
-        return (*SHAPES.get(int(self._data["type"]), ("", ("type",)))[1], "mat")
+        return (*OBJECTS.get(self._kind(), ("type",)), "mat")
+
+    def _kind(self) -> str:
+        return kinds().get(int(self._data["type"]), "")
 
     def _title(self) -> str:
-        return _named(SHAPES.get(int(self._data["type"]), (self.kind, ()))[0])
+        return _named(self._kind().title() or self.kind)
 
     def _heads(self) -> list[str]:
         return ["type", say("geometry"), *_MATERIAL]

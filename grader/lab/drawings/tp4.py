@@ -14,6 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator
 
+from grader.intake.header_numbers import header_number
 from grader.lab.bridge.core import Core
 from grader.lab.bridge.scene import Scene
 from grader.lab.display.card import Shown
@@ -29,7 +30,6 @@ POINT = np.dtype([("position", "f4", (3,)), ("normal", "f4", (3,))])  # of an in
 LAMP, BARRIER, BEYOND = (0.6, 1.5), (0.1, 0.5, 0.3), (1.55, 2.2, 0.4)  # x, y, radius
 DARK = 1e-3  # of a component: less is none
 NANO = 1e-9  # the unit of surface_errors
-SPHERE = 1  # the type of an object
 HIGH = 0.5  # a ball above it hides no path: only its outline is drawn, seen from above
 FAR = 6.0  # how much of a ray that meets nothing is drawn
 SHOWN_GENERATIONS = 6  # of rays, in a tree that can still be read
@@ -230,7 +230,7 @@ def path(core: Core, i: int = 334, j: int = 119, scene: int = 0) -> Shown:
 def _from_above(axes: Axes, content: Scene) -> None:
     """Draw the balls of a scene as seen from above, x to the left as in the picture."""
     for each in content.objects:
-        if each.data["type"] == SPHERE:
+        if each.data["type"] == header_number("SPHERE"):
             x, y, z = each.center
             color = tuple(np.clip(np.asarray(each.mat.kd), 0, 1))
             axes.add_patch(

@@ -14,7 +14,7 @@ from typing import Any
 
 from grader.checking.expected_data import FOLDER, ExpectedError
 from grader.checking.pictures import expected_files
-from grader.checking.pictures.plan import PATTERNED, SCENES, ExpectedPicture
+from grader.checking.pictures.plan import ExpectedPicture, everything
 from grader.checking.pictures.worst_pixels import worst_pixel
 from grader.checking.shapes import Size
 from grader.lab.bridge.core import EXPECTED_SIZE, Core
@@ -113,7 +113,7 @@ def shown(inspected: InspectedScene, seen: Seen) -> Shown:
 def _texels(picture: ExpectedPicture) -> Array | None:
     """Return the texture that an expected picture was drawn with, if it has one of its own."""
     try:
-        return expected_files.read_texels(FOLDER) if picture.scene in PATTERNED else None
+        return expected_files.read_texels(FOLDER) if picture.rules.patterned else None
     except ExpectedError:
         return None
 
@@ -124,8 +124,9 @@ def _start(inspected: InspectedScene, picture: ExpectedPicture | None) -> tuple[
     middle = width // 2, height // 2
     if picture is None or (width, height) != EXPECTED_SIZE or inspected.ended:
         return middle
-    drawn_alike = inspected.has_texture or picture.scene not in PATTERNED
-    if picture.stage not in SCENES.get(picture.scene, ()) or not drawn_alike:
+    if picture not in everything():
+        return middle
+    if picture.rules.patterned and not inspected.has_texture:
         return middle
     try:
         return worst_pixel(FOLDER, picture, inspected.picture) or middle

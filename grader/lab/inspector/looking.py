@@ -10,8 +10,8 @@ from typing import Any, TypeVar
 import numpy as np
 
 from grader.checking.expected_data import FOLDER, ExpectedError, lend_texture
-from grader.checking.pictures.plan import THINGS, thing
 from grader.checking.shapes import Size
+from grader.course import scenes
 from grader.evaluation.replay.case import ReplayedPixel, WrongValue
 from grader.evaluation.replay.expected_maps import object_map, wanted
 from grader.evaluation.replay.faults import first
@@ -19,13 +19,13 @@ from grader.evaluation.replay.probe import Probe
 from grader.evaluation.replay.ray_tree import SKY
 from grader.execution.session import Library, Session
 from grader.files import marks
+from grader.intake.header_numbers import kinds
 from grader.lab.bridge.core import Core
 from grader.lab.bridge.engine import OpenSession
 from grader.lab.bridge.scene import Scene
 from grader.lab.display.card import Shown
 from grader.lab.display.picture import Picture, black
 from grader.lab.display.stopped import Stopped
-from grader.lab.display.values import SHAPES
 from grader.lab.display.vectors import Array
 from grader.lab.display.words import say, texts
 
@@ -134,9 +134,10 @@ class InspectedScene:
         objects, number = self.probe.content.objects, self.probe.number
         if not 0 <= index < len(objects):
             return say("inspect.unknown")
-        if number is not None and number in THINGS and len(THINGS[number]) > 1:
-            return texts().say(f"thing.{thing(number, index)}.name")
-        kind = SHAPES[int(objects["type"][index])][0].lower()
+        rules = None if number is None else scenes.load().get(number)
+        if rules and len(rules.things) > 1:
+            return texts().say(f"thing.{rules.thing(index)}.name")
+        kind = kinds()[int(objects["type"][index])].lower()
         return say(f"inspect.shape.{kind}", index=index)
 
     def objects(self) -> Array | None:

@@ -12,6 +12,7 @@ import numpy as np
 
 from grader.evaluation.replay.probe import unit
 from grader.evaluation.replay.ray_tree import SKY, Node
+from grader.intake.header_numbers import header_number
 from grader.lab.display.card import Shown
 from grader.lab.display.picture import draw, figure, new_figure
 from grader.lab.display.plots import ON_BRIGHT, ON_DARK
@@ -22,7 +23,6 @@ from grader.lab.inspector.looking import InspectedScene, Seen
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-SPHERE, PLANE, CYLINDER, CONE = 1, 2, 3, 4
 MOST = 250  # objects drawn; of more, those that stand nearest to the rays
 FAR = 1.6  # length of a ray that goes on, in scene units
 PATCH = 3.0  # half the side of a plane's patch, scene units
@@ -70,7 +70,7 @@ def segments(inspected: InspectedScene, root: Node) -> list[Segment]:
 
 def circles(objects: Array, near: Array) -> tuple[Array, Array]:
     """Return the spheres to be drawn, (count, 4): centre and radius; and their indices."""
-    which = np.flatnonzero(objects["type"] == SPHERE)
+    which = np.flatnonzero(objects["type"] == header_number("SPHERE"))
     if len(which) > MOST:
         away = np.linalg.norm(objects["center"][which] - near, axis=1)
         which = which[np.argsort(away)[:MOST]]
@@ -81,9 +81,9 @@ def circles(objects: Array, near: Array) -> tuple[Array, Array]:
 def wires(objects: Array, near: Array) -> list[tuple[int, Array]]:
     """Return the other objects as polylines, with their indices."""
     made: list[tuple[int, Array]] = []
-    for index in np.flatnonzero(objects["type"] != SPHERE)[:MOST]:
+    for index in np.flatnonzero(objects["type"] != header_number("SPHERE"))[:MOST]:
         each = objects[index]
-        lines = _patch(each, near) if each["type"] == PLANE else _sides(each)
+        lines = _patch(each, near) if each["type"] == header_number("PLANE") else _sides(each)
         made += [(int(index), line) for line in lines]
     return made
 
@@ -105,9 +105,10 @@ def _sides(each: Any) -> list[Array]:
     angles = np.linspace(0, 2 * np.pi, _TURN + 1)[:, None]
     rim = each["radius"] * (np.cos(angles) * u + np.sin(angles) * v)
     bottom, top = each["base"] + rim, each["base"] + each["length"] * each["axis"]
-    upper = top + rim if each["type"] == CYLINDER else np.broadcast_to(top, rim.shape)
+    is_cylinder = each["type"] == header_number("CYLINDER")
+    upper = top + rim if is_cylinder else np.broadcast_to(top, rim.shape)
     lines = [np.stack([bottom[k], upper[k]]) for k in range(0, _TURN, _TURN // 6)]
-    return [bottom, *lines, *([upper] if each["type"] == CYLINDER else [])]
+    return [bottom, *lines, *([upper] if is_cylinder else [])]
 
 
 def across(axis: Array) -> tuple[Array, Array]:

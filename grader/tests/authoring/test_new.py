@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from grader.authoring.new import check, exercise, mistake
+from grader.authoring.new import check, exercise, mistake, scene
 from grader.authoring.new.edits import MARK, NewError
 from grader.authoring.specimens import mistakes
 from grader.course import exercises
@@ -19,7 +19,7 @@ from grader.course import exercises
 ROOT = exercises.ROOT
 RULES = exercises.load()
 DATA = ("reference/expected/", "grader/intake/originals.zip", "core_c/raytracer.c")  # by command
-LEFT = shutil.ignore_patterns("tests", "__pycache__", "independent", "hostile", "*.ipynb", "*.png")
+LEFT = shutil.ignore_patterns("tests", "__pycache__", "independent", "hostile", "*.ipynb")
 
 
 class Project:
@@ -167,6 +167,73 @@ def test_a_check_of_a_new_suite_takes_no_file_more(project: Project) -> None:
     assert project.outcomes("reference", name) == {name: "passed"}
 
 
+SCENE = {"core_c/scene.c", "core_c/utils.h", "grader/course/scenes.toml"}
+
+
+def new_scene(project: Project) -> None:
+    """Write a scene where the stubs of `make new SCENE=11` say, of which one picture is judged."""
+    project.run("grader.authoring.new", "--scene", "11")
+    project.write("core_c/scene.c", (rf" /\* {MARK}.*", ""))
+    project.write("core_c/utils.h", (f"{MARK} what it is", "?"))
+    project.write("grader/course/scenes.toml", (NOTE, ""), (r'\["short"\]', '["flat"]'))
+    project.run("grader.authoring.skeleton.originals")
+
+
+def test_a_scene_takes_three_files(project: Project) -> None:
+    """Its C, its line of the table, and the program's help; it compiles, and is told in order."""
+    new_scene(project)
+    assert project.changed() == (SCENE, {"grader/intake/originals.zip"})
+    help_text = (project.folder / "core_c/utils.h").read_text(encoding="utf-8")
+    assert "5 à 16   lancer de rayons, scènes 0 à 11 :" in help_text
+    assert help_text.count(' 15 poster,\\n"\n') == help_text.count(' 16 ?\\n"\n') / 2 == 1
+    command = ["gcc", "-fsyntax-only", "-Wall", "-Wextra", "-Werror", "core_c/scene.c"]
+    subprocess.run(command, cwd=project.folder, check=True)
+
+
+@pytest.mark.exhaustive
+def test_a_picture_of_a_new_scene_is_judged(project: Project) -> None:
+    """By a check of three files; of the data only the scene's own files and the index are new."""
+    new_scene(project)
+    name, picture = "tp2.scene.flat_11", "scene11.flat"
+    words = ("--check", name, "--picture", picture, "--exercise", "TP2.6")
+    project.run("grader.authoring.new", *words)
+    messages = {f"grader/course/messages/{language}/checks.toml" for language in ("fr", "en")}
+    for path in ("grader/course/exercises.toml", *messages):
+        project.write(path, (NOTE, ""))
+    project.run("grader.authoring.expected.command", "--picture", "scene11")
+    by_hand, data = project.changed()
+    assert by_hand == SCENE | {"grader/course/exercises.toml", *messages}
+    drawn = "reference/expected/pictures/"
+    new = {f"scene11.{each}.npz" for each in ("flat", "flat.mistakes", "maps", "light")}
+    new |= {"manifest.json", "scene11.flat.png"}
+    assert data == {"grader/intake/originals.zip", *(f"{drawn}{each}" for each in new)}
+    assert project.outcomes("reference", name) == {name: "passed"}
+    assert project.outcomes("core_c", name) == {name: "todo"}
+
+
+@pytest.mark.exhaustive
+def test_a_hint_takes_its_message_file_and_grades_nobody_again(project: Project) -> None:
+    """The page of who was graded before has it."""
+    work = project.folder / "class" / "Ada"
+    shutil.copytree(project.folder / "core_c", work)
+    main = (work / "main.c").read_text(encoding="utf-8")
+    begin = "void fill_red(color *img) {\n"
+    wrong = "    fill(img, vector_init(0.f, 0.f, 1.f));\n    return;\n"
+    assert begin in main
+    (work / "main.c").write_text(main.replace(begin, begin + wrong), encoding="utf-8")
+    words = ("grader", "batch", "class", "--out", "out", "--public", "--lang", "en", "--yes")
+    project.run(*words)
+    (state,) = (project.folder / "out" / "state").iterdir()
+    project.before, graded = project.contents(), json.loads(state.read_bytes())
+    path, asked = "grader/course/messages/en/checks.toml", '"tp1.fill_red.color" = '
+    project.write(path, (rf'{asked}".*\?"', f'{asked}"Which blue?"'))
+    assert project.changed() == ({path}, set())
+    project.run(*words)
+    page = (project.folder / "out" / "students" / "Ada" / "report.html").read_text("utf-8")
+    assert "Which blue?" in page
+    assert json.loads(state.read_bytes())["seconds"] == graded["seconds"]
+
+
 def test_a_mistake_stands_behind_those_of_its_exercise() -> None:
     """In the list and in the sentences; it begins as a line of the exercise's solution."""
     listed, *said = mistake.edits("plane_odd", "TP2.3", "idea", RULES, mistakes.load())
@@ -195,6 +262,36 @@ def test_a_check_that_cannot_be_is_refused(name: str, suite: str, told: str) -> 
     with pytest.raises(NewError, match=told) as error:
         check.edits(name, suite, RULES)
     assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "picture", "own", "told"),
+    [
+        (
+            "tp4.scene.shadows_9",
+            "scene9.shadows",
+            "TP4.1",
+            "PICTURE=scene9.shadows: the nearest",
+        ),
+        ("tp4.scene.shadows_9", "scene0.shadows", "TP4.11", "the nearest is TP4.1"),
+        ("tp4.scene.shadows_9", "scene0.shadows", "TP2.1", "the nearest is TP4.1"),
+        ("tp4.scene.shadows_0", "scene0.shadows", "TP4.1", "there is one already, in"),
+        ("tp4.in_shadow.odd", "scene0.shadows", "TP4.1", "the nearest is none: the check's id is"),
+    ],
+)
+def test_a_check_of_a_picture_that_cannot_be_is_refused(
+    name: str, picture: str, own: str, told: str
+) -> None:
+    """In one line that says what is wrong."""
+    with pytest.raises(NewError, match=told):
+        check.picture_edits(name, picture, own, RULES)
+
+
+@pytest.mark.parametrize("number", ["10", "12", "x", "011"])
+def test_a_scene_that_is_not_the_next_is_refused(number: str) -> None:
+    """With the number that is."""
+    with pytest.raises(NewError, match=f"^SCENE={number}: the next one is 11"):
+        scene.edits(number)
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ import pytest
 
 from grader.batch import csv_table, fresh_inputs, grade_one, purge
 from grader.batch.records import BatchError, Settings
-from grader.checking.pictures.plan import JUDGED
+from grader.checking.pictures.plan import judged
 from grader.console.run import ExitCode
 from grader.course import exercises
 from grader.course.texts import Texts
@@ -158,7 +158,7 @@ def test_the_real_ones_are_other_inputs_of_the_same_suites(tmp_path: Path) -> No
     assert found["seed"] == 5
     assert found["files"].keys() == public["files"].keys()
     views = {path.name for path in (tmp_path / "made" / "views").iterdir()}
-    assert {f"{each.name}.npz" for each in JUDGED} <= views
+    assert {f"{each.name}.npz" for each in judged()} <= views
     same = [name for name, row in found["files"].items() if row == public["files"][name]]
     assert len(same) < len(found["files"]) / 10
 

@@ -20,10 +20,10 @@ from grader.checking.expected_data import FOLDER, ExpectedError, read_manifest
 from grader.checking.pictures import candidates, expected_files
 from grader.checking.pictures.judgement import judge
 from grader.checking.pictures.neighbours import Surroundings
-from grader.checking.pictures.plan import JUDGED, ExpectedPicture
+from grader.checking.pictures.plan import ExpectedPicture, judged
 from grader.checking.records import Evidence
 from grader.checking.shapes import Image
-from grader.course import exercises
+from grader.course import exercises, scenes
 from grader.course.message import Message
 from grader.evaluation import recognition
 from grader.evaluation.recognition import KnownMistake, encode, with_mistakes
@@ -63,7 +63,9 @@ def test_what_is_around_a_pixel_is_its_square_cut_at_the_borders(radius: int) ->
 
 def test_mistakes_are_stored_with_the_pictures_that_show_them() -> None:
     """Of those that show, all but a few that crash; nothing where nothing shows."""
-    stored_ids = {name for picture in JUDGED for name in candidates.shown_in(FOLDER, picture.name)}
+    stored_ids = {
+        name for picture in judged() for name in candidates.shown_in(FOLDER, picture.name)
+    }
     assert stored_ids <= KNOWN.keys()
     assert len(stored_ids) > 0.7 * sum(each.tp > 1 for each in KNOWN.values())
     assert candidates.shown_in(FOLDER, "scene0.fresnel_plain_lobe") == ()
@@ -148,7 +150,7 @@ def test_other_mistakes_make_the_pictures_drift(
 ) -> None:
     """A patch that has changed must be drawn again."""
     monkeypatch.setattr(drift, "everything", lambda: ())
-    monkeypatch.setattr(drift, "SCENES", ())
+    monkeypatch.setattr(scenes, "load", dict)
     assert drift.check(data) == 0
     now = {**lineup.fingerprints(), "sphere_far_root": "other"}
     monkeypatch.setattr(lineup, "fingerprints", lambda: now)

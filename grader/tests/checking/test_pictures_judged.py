@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from PIL import Image as Pillow
 
-from grader.authoring.expected.pictures import drift
+from grader.authoring.expected.pictures import calibration, drift
 from grader.authoring.expected.pictures.calibration import MARGIN
 from grader.authoring.expected.pictures.make import maps
 from grader.authoring.expected.pictures.readings import REFERENCE, Reading
@@ -22,9 +22,9 @@ from grader.checking.expected_data import FOLDER, ExpectedError, read_manifest
 from grader.checking.pictures import expected_files
 from grader.checking.pictures.judgement import Judgement, judge
 from grader.checking.pictures.measure import tile_means, worst_tile
-from grader.checking.pictures.plan import JUDGED, ExpectedPicture, everything
+from grader.checking.pictures.plan import ExpectedPicture, everything
+from grader.checking.pictures.plan import judged as all_judged
 from grader.checking.shapes import Image
-from grader.course import exercises
 from grader.course.texts import LANGUAGES, Texts
 from grader.tests.support.sampling import sampled
 
@@ -55,7 +55,7 @@ def judged(scene: int, stage: str, got: Image, *only: str) -> Judgement:
 # ---- What is right -------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("picture", JUDGED, ids=lambda each: each.name)
+@pytest.mark.parametrize("picture", all_judged(), ids=lambda each: each.name)
 def test_the_references_own_picture_is_right(picture: ExpectedPicture) -> None:
     """In full, without a word."""
     assert judged(picture.scene, picture.stage, drawn(picture.scene, picture.stage)) == Judgement()
@@ -278,10 +278,8 @@ def test_every_picture_is_stored_with_its_limits() -> None:
 
 
 def test_checks_look_at_the_pictures_whose_limits_are_calibrated() -> None:
-    """Each of plan.JUDGED by some check, and no other."""
-    lines = [each.line for each in exercises.load().checks().values() if each.line]
-    asked = {ExpectedPicture.parse(each.picture) for each in lines if each.picture}
-    assert asked == set(JUDGED)
+    """`make calibrate` has tried right programs on each, and on no other."""
+    assert {each.name for each in all_judged()} == calibration._table().keys()
 
 
 def test_drift_of_pictures_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

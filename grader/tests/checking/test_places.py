@@ -207,12 +207,12 @@ import json, sys
 from grader.checking.expected_data import FOLDER
 from grader.checking.pictures import expected_files
 from grader.checking.pictures.judgement import judge
-from grader.checking.pictures.plan import JUDGED
-drawn = [expected_files.read_png(FOLDER, each) for each in JUDGED]
-right = [judge(FOLDER, *each).complaint is None for each in zip(JUDGED, drawn)]
+from grader.checking.pictures.plan import judged
+drawn = [expected_files.read_png(FOLDER, each) for each in judged()]
+right = [judge(FOLDER, *each).complaint is None for each in zip(judged(), drawn)]
 before = {LOADED}
 drawn[0][20:40, 30:60] = (1, 0, 1)
-wrong = judge(FOLDER, JUDGED[0], drawn[0]).complaint is not None
+wrong = judge(FOLDER, judged()[0], drawn[0]).complaint is not None
 print(json.dumps([all(right), before, wrong, {LOADED}]))
 """
     assert json.loads(ran(code)) == [True, [], True, ["scipy", "skimage"]]

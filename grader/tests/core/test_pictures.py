@@ -10,9 +10,9 @@ import pytest
 from grader.execution.session import Library, Limits, Session
 from grader.tests.core.oracles import Array
 from grader.tests.core.worlds import set_options, set_texture
+from grader.tests.support import sources
 
 WIDTH, HEIGHT = 160, 90
-SCENES = range(11)
 SKY = np.array([0.2, 0.2, 0.6], np.float32)
 # Objects times pixels that the plain list may cost; a larger scene is compared on fewer pixels.
 PLAIN_LIST_TESTS = 10_000_000
@@ -32,7 +32,7 @@ def prepare(s: Session, core: Library, rng: np.random.Generator, scene: int) -> 
     assert s.call("setup_scene", scene).result
 
 
-@pytest.mark.parametrize("scene", SCENES)
+@pytest.mark.parametrize("scene", sources.scenes())
 def test_octree_and_list_draw_the_same(
     scenes: Library, rng: np.random.Generator, scene: int
 ) -> None:

@@ -24,18 +24,18 @@ from grader.authoring.expected.pictures.wrongs import TABLE
 from grader.authoring.specimens import mistakes
 from grader.checking.expected_data import FOLDER
 from grader.checking.pictures import expected_files
-from grader.checking.pictures.plan import JUDGED
+from grader.checking.pictures.plan import judged
 from grader.files import write_whole
 
 
 def set_limits() -> int:
     """Set the limits, and write them beside the pictures; return the exit code."""
-    table = worst(measured(right_programs(), JUDGED))
+    table = worst(measured(right_programs(), judged()))
     write_whole(calibration.TABLE, json.dumps(table, indent=1) + "\n")
     calibration.forget()
     write_limits(FOLDER / expected_files.FOLDER)
     too_near = []
-    for picture in JUDGED:
+    for picture in judged():
         for name, row in calibration.limits(picture).items():
             line = f"{picture.name:20} {name:6} worst {row['worst']:<9g} limit {row['limit']:<8g}"
             print(f"{line} margin {row['margin'] or 'any'}")
@@ -61,10 +61,11 @@ def worst(reached: Sequence[Reached]) -> dict[str, dict[str, Any]]:
 def try_mixtures() -> int:
     """Judge programs with which nothing was set; return the exit code."""
     held_out = mixtures(*HELD_OUT)
-    reached = measured(held_out, JUDGED)
+    reached = measured(held_out, judged())
     failed = {each.source for each in reached if each.exceeds > 1}
     count = len(held_out)
-    print(f"mixtures with all of their {len(JUDGED)} pictures right: {count - len(failed)}/{count}")
+    right = f"{count - len(failed)}/{count}"
+    print(f"mixtures with all of their {len(judged())} pictures right: {right}")
     near = [each for each in reached if each.exceeds > 1 / calibration.MARGIN]
     for each in sorted(near, key=lambda each: -each.exceeds):
         print(f"  too near: {each.source}, {each.picture.name}: {each.exceeds:.2f} of the limit")
@@ -87,7 +88,7 @@ def try_mistakes() -> None:
     """Say how far the known mistakes exceed the limits."""
     shown = []
     for mistake in mistakes.load():
-        if mistake.tp > 1 and (reached := measured([by_mistake(mistake)], JUDGED)):
+        if mistake.tp > 1 and (reached := measured([by_mistake(mistake)], judged())):
             shown.append(max(reached, key=lambda each: each.exceeds))
     print("known mistakes, by the picture that shows them most, in multiples of the limit:")
     for each in sorted(shown, key=lambda each: each.exceeds):

@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from grader.checking.pictures.plan import PATTERNED, ExpectedPicture
+from grader.checking.pictures.plan import ExpectedPicture
 
 TABLE = Path(__file__).with_name("calibration.json")
 PATTERN_FACTOR = 2.5  # many edges, which readings draw differently
@@ -32,7 +32,7 @@ def defaults(picture: ExpectedPicture) -> dict[str, float]:
     least = {"share": 0.001 if picture.stage == "flat" else 0.0005, "tile": 0.12}
     if picture in CHAOTIC:
         least["tile"] = CHAOTIC_TILE
-    factor = PATTERN_FACTOR if picture.scene in PATTERNED else 1.0
+    factor = PATTERN_FACTOR if picture.rules.patterned else 1.0
     return {name: value * factor for name, value in least.items()}
 
 

@@ -19,7 +19,8 @@ from grader.authoring.expected.pictures.texels import texels
 from grader.checking.expected_data import FOLDER, read_manifest
 from grader.checking.pictures import expected_files
 from grader.checking.pictures.measure import measure, outside
-from grader.checking.pictures.plan import SCENES, ExpectedPicture, everything
+from grader.checking.pictures.plan import ExpectedPicture, everything
+from grader.course import scenes
 
 MOVED = 0.002  # share of pixels whose object may differ: rounding at edges
 LIGHT = 1e-3  # by which what a light adds may differ, colours from 0 to 1
@@ -52,7 +53,7 @@ def check(folder: Path) -> int:
     with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
         pairs = [(folder, picture) for picture in everything()]
         drifted += [line for each in pool.map(lambda pair: _picture(*pair), pairs) for line in each]
-    drifted += [line for scene in SCENES for line in _maps(folder, scene)]
+    drifted += [line for scene in scenes.load() for line in _maps(folder, scene)]
     for line in drifted:
         print(
             f"{folder / expected_files.FOLDER}: {line} has drifted from the reference;"

@@ -18,8 +18,9 @@ from grader.checking.pictures import expected_files
 from grader.checking.pictures.candidates import encode, name_of, shown_in
 from grader.checking.pictures.expected_files import Expected
 from grader.checking.pictures.measure import measure, outside
-from grader.checking.pictures.plan import JUDGED, ExpectedPicture
+from grader.checking.pictures.plan import ExpectedPicture, judged
 from grader.checking.shapes import Image
+from grader.course import scenes
 from grader.files import content_key
 
 # The stages in which the mistakes of a TP show first; those of bonus shapes in their own scenes.
@@ -29,14 +30,14 @@ STAGES: Mapping[int, tuple[str, ...]] = {
     4: ("shadows", "mirror"),
     5: ("fresnel", "smooth", "glass"),
 }
-SHAPES: Mapping[str, int] = {"TP2.B1": 2, "TP2.B2": 5}  # exercise, and its scene
 
 
 def shows_first(mistake: Mistake, picture: ExpectedPicture) -> bool:
     """Say whether a mistake is kept with a picture, if it shows there."""
     if picture.stage in STAGES.get(mistake.tp, ()):
         return True
-    return picture.stage == "shadows" and SHAPES.get(mistake.exercise) == picture.scene
+    own = (number for number, scene in scenes.load().items() if mistake.exercise in scene.shows)
+    return picture.stage == "shadows" and picture.scene == next(own, None)
 
 
 def files(folder: Path, picture: ExpectedPicture) -> tuple[dict[str, bytes], Mapping[str, Any]]:
@@ -80,7 +81,7 @@ def _is_wrong(got: Image, expected: Expected) -> bool:
 
 def fingerprints() -> dict[str, str]:
     """Return what stands for each mistake that pictures are kept of, and for what shows of it."""
-    kept = {each: [one for one in JUDGED if shows_first(each, one)] for each in mistakes.load()}
+    kept = {each: [one for one in judged() if shows_first(each, one)] for each in mistakes.load()}
     return {
         mistake.id: content_key(mistake.written, [_allowed(each) for each in pictures])
         for mistake, pictures in kept.items()

@@ -28,16 +28,10 @@ from grader.checking.npz import archived
 from grader.checking.pictures import expected_files
 from grader.checking.pictures.expected_files import BRIGHTEST, UNITS, distances_packed, packed
 from grader.checking.pictures.measure import tile_means
-from grader.checking.pictures.plan import (
-    COURSE,
-    JUDGED,
-    SCENES,
-    STAGES,
-    ExpectedPicture,
-    everything,
-)
+from grader.checking.pictures.plan import COURSE, STAGES, ExpectedPicture, everything, judged
 from grader.checking.shapes import Image, Mask
 from grader.checking.student import PICTURE_SIZE
+from grader.course import scenes
 
 BAND = 16 / 255  # where samples change a pixel by more, edges are measured
 GLOSS = 0.1  # of the specular light, from which on a pixel is in a highlight
@@ -50,11 +44,11 @@ def make(folder: Path) -> None:
         part = Path(name) / expected_files.FOLDER
         part.mkdir()
         with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
-            made = [*pool.map(picture_files, everything()), *pool.map(scene_files, SCENES)]
+            made = [*pool.map(picture_files, everything()), *pool.map(scene_files, scenes.load())]
             made.append(({"texture.png": png(texels()[::-1])}, {}))
             _write(part, made)
             # What mistakes draw is told from what is accepted.
-            made += pool.map(partial(lineup.files, Path(name)), JUDGED)
+            made += pool.map(partial(lineup.files, Path(name)), judged())
             _write(part, made)
         folder.mkdir(exist_ok=True)
         for old in folder.iterdir():

@@ -17,15 +17,16 @@ from grader.build import substitution
 from grader.checking.expected_data import Array
 from grader.checking.npz import archived
 from grader.checking.pictures.other_views import COLORS, FOLDER, OtherView, accepted, settings
-from grader.checking.pictures.plan import JUDGED, PATTERNED, ExpectedPicture
+from grader.checking.pictures.plan import ExpectedPicture, judged
 from grader.checking.student import PICTURE_SIZE, Student
 from grader.course import exercises
+from grader.course.scenes import load
 from grader.course.sizes import sizes_for
 from grader.execution.libraries import Libraries
 from grader.execution.session import Limits
 
 CACHE = exercises.ROOT / "build" / "cache"
-ALL = tuple(sorted({each.scene for each in JUDGED}))
+ALL = tuple(sorted({each.scene for each in judged()}))
 # The handout's camera looks from (2, 1, 3) at (0, 0.3, 0). It moves towards the x axis: the walls
 # of scene 4 stand on the other side.
 _POSITION, _AIM, _UP = (2.0, 1.0, 3.0), (0.0, 0.3, 0.0), (0.0, 1.0, 0.0)
@@ -62,8 +63,8 @@ def _files(student: Student, scene: int, seed: int) -> list[tuple[str, bytes]]:
 
 def _accepted(scene: int) -> list[ExpectedPicture]:
     """Return all that is accepted in a scene, once."""
-    judged = [each for each in JUDGED if each.scene == scene]
-    return list(dict.fromkeys(other for each in judged for other in accepted(each)))
+    own = [each for each in judged() if each.scene == scene]
+    return list(dict.fromkeys(other for each in own for other in accepted(each)))
 
 
 def _view(student: Student, scene: int, dice: np.random.Generator) -> OtherView:
@@ -77,7 +78,7 @@ def _view(student: Student, scene: int, dice: np.random.Generator) -> OtherView:
         camera_bytes = np.frombuffer(np.asarray(camera.result).tobytes(), np.uint8)
         assert len(camera_bytes) == core.dtype("camera").itemsize
     colors = {name: _colors(objects["mat"][name], dice) for name in COLORS}
-    return OtherView(scene, camera_bytes, colors, texels() if scene in PATTERNED else None)
+    return OtherView(scene, camera_bytes, colors, texels() if load()[scene].patterned else None)
 
 
 def _moved(dice: np.random.Generator) -> tuple[float, float, float]:

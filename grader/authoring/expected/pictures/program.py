@@ -21,11 +21,11 @@ from grader.checking.shapes import Image
 from grader.checking.student import PICTURE_SIZE
 from grader.course import exercises
 from grader.files import content_key
+from grader.intake.header_numbers import header_number
 
 CACHE = exercises.ROOT / "build" / "cache" / "render"
 RENDERER = Path(__file__).with_name("render.c")
 SECONDS = 600  # of the wall clock: a back-stop, also on a busy machine
-EPSILON = 1e-4  # of globals.h
 WIDTH, HEIGHT = PICTURE_SIZE
 # The C struct pixel_map of render.c.
 MAP = np.dtype(
@@ -70,7 +70,7 @@ class Order:
         """Return it as a line for render.c."""
         switches = [int(self.options.get(name, True)) for name in _OPTIONS]
         rest = [self.options.get("samples", 1), self.options.get("max_depth", 10)]
-        rest += [self.options.get("epsilon", EPSILON), self.seed]
+        rest += [self.options.get("epsilon", header_number("EPSILON")), self.seed]
         return " ".join(str(each) for each in (int(maps), self.scene, *switches, *rest))
 
 

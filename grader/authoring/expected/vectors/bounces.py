@@ -16,10 +16,10 @@ import numpy as np
 from grader.authoring.expected.vectors.maker import Maker, Question, only
 from grader.checking.comparison import far
 from grader.checking.expected_data import Array, Batch
+from grader.intake.header_numbers import header_number
 
 # The point where the rays of a function start: parameter, field.
 START_OF = {"trace_ray": ("r", "orig"), "mirror_color": ("it", "position")}
-STEP = 1e-4  # EPSILON: a bounced ray may start that far along the normal, or along itself
 FAR = 400.0
 TRIES = 6
 
@@ -36,7 +36,7 @@ def clear(maker: Maker, question: Question, tolerance: float) -> Question:
         base = _colors(maker, stage)
         for way in maker.unit(TRIES):
             other = shifted(maker, stage, FAR * way)
-            other.args[name][field] += STEP * maker.unit(other.count)
+            other.args[name][field] += header_number("EPSILON") * maker.unit(other.count)
             keep &= ~far(_colors(maker, other), base, tolerance)
     kept, *others = (only(each, keep) for each in every)
     return Question(kept, tuple(others))

@@ -11,6 +11,7 @@ import numpy as np
 
 from grader.checking.expected_data import Array, Batch, prepare, run
 from grader.execution.session import Library, Session
+from grader.intake.header_numbers import header_number
 
 # What the glue can leave out, from the first pictures of TP2 to the last of TP5.
 STAGES: tuple[dict[str, bool], ...] = (
@@ -154,7 +155,13 @@ class Maker:
     def options(self, **changed: Any) -> Array:
         """Return the options of the last stage, without the octree; some of them changed."""
         made = self.core.zeros("render_options")
-        values = {**STAGES[-1], "samples": 1, "max_depth": 10, "epsilon": 1e-4, **changed}
+        values = {
+            **STAGES[-1],
+            "samples": 1,
+            "max_depth": 10,
+            "epsilon": header_number("EPSILON"),
+            **changed,
+        }
         for name, value in values.items():
             made[name] = value
         return made

@@ -20,8 +20,8 @@ from grader.authoring.expected.vectors.maker import (
     stack,
 )
 from grader.checking.expected_data import Array, Batch
+from grader.intake.header_numbers import header_number
 
-SPHERE = 1
 MANY = 1100  # objects: more than the first scenes of the course had room for
 
 
@@ -53,7 +53,7 @@ def between(m: Maker, scene: Array) -> Array:
 
 def towards(m: Maker, scene: Array, count: int) -> Array:
     """Return rays from around the scene towards its spheres."""
-    near = (scene["type"] == SPHERE) & (np.abs(scene["center"]).max(axis=1) < 100)
+    near = (scene["type"] == header_number("SPHERE")) & (np.abs(scene["center"]).max(axis=1) < 100)
     target = scene["center"][near][m.rng.integers(near.sum(), size=count)]
     target = target + m.uniform(-1, 1, count, 3)
     start = m.unit(count) * m.uniform(8, 12, count, 1)

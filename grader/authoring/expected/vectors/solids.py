@@ -19,6 +19,7 @@ from grader.authoring.expected.vectors.maker import (
 )
 from grader.checking import describe
 from grader.checking.expected_data import Array, Batch
+from grader.intake.header_numbers import kinds
 
 CASES = 160  # random ones of a suite, before those that graze are left out
 TOLERANCE = 1e-3
@@ -192,7 +193,7 @@ def _off_the_tip(m: Maker, batch: Batch) -> Batch:
 def _enlarge(args: Args, where: Array) -> None:
     """Make rays and objects larger, by a power of 2: rounding stays as it is."""
     factor = np.where(where, LARGE, 1).astype(np.float32)
-    kind = describe.OBJECTS[int(args["obj"]["type"][0])][1]
+    kind = describe.OBJECTS[kinds()[int(args["obj"]["type"][0])]]
     parts = [(args["r"], "orig"), *((args["obj"], name) for name in kind if name in _LENGTHS)]
     for table, name in parts:
         column = table[name]

@@ -9,13 +9,15 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from grader.course.exercises import ROOT
+from grader.intake.header_numbers import header_number
 from grader.tests.build.test_compile import PROGRAM, SANITIZED, copy_sources, need
+from grader.tests.support import sources
 
 REFERENCE = ROOT / "reference"
 HERE = Path(__file__).parent
 # A number too big for an integer is not among UBSan's usual checks.
 WATCHED = (*SANITIZED, "-fsanitize=float-cast-overflow", "-fno-omit-frame-pointer", "-O1")
-SCENES = range(16)
+SCENES = range(int(header_number("FIRST_RAYTRACED_SCENE")) + len(sources.scenes()))
 WIDTH, HEIGHT = 64, 36
 
 Done = subprocess.CompletedProcess[str]
