@@ -85,7 +85,6 @@ class Exercise:
     file: str
     points: int
     bonus: bool
-    titles: Mapping[str, str]  # by language
     section: str
     depends: tuple[str, ...]
     checks: tuple[Check, ...]
@@ -97,10 +96,14 @@ class Manifest:
     """All the exercises in order, and whose file is whose."""
 
     exercises: tuple[Exercise, ...]
-    tps: Mapping[int, Mapping[str, str]]  # titles by language
     student: tuple[str, ...]
     given: tuple[str, ...]
     ungraded: tuple[str, ...]
+
+    @cached_property
+    def tps(self) -> tuple[int, ...]:
+        """The numbers of the TPs."""
+        return tuple(sorted({each.tp for each in self.exercises}))
 
     def checks(self) -> Mapping[str, Check]:
         """Return every check by its id."""
@@ -159,7 +162,6 @@ def load(path: Path = MANIFEST) -> Manifest:
         files = data["files"]
         manifest = Manifest(
             exercises=tuple(_exercise(row) for row in data["exercise"]),
-            tps={int(number): titles for number, titles in data["tp"].items()},
             student=tuple(files["student"]),
             given=tuple(files["given"]),
             ungraded=tuple(files["ungraded"]),
@@ -190,7 +192,6 @@ def _exercise(row: dict[str, Any]) -> Exercise:
         file=row["file"],
         points=row["points"],
         bonus=row["bonus"],
-        titles=row["title"],
         section=row["section"],
         depends=tuple(row["depends"]),
         checks=tuple(

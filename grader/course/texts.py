@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
 from functools import cache
 from typing import Any
 
-from grader.course import exercises, settings
+from grader.course import settings
 from grader.course.exercises import Exercise, ManifestError, read_toml
 from grader.course.message import Message
 from grader.course.settings import COMPLETE, LANGUAGES, MESSAGES
@@ -55,12 +54,12 @@ class Texts:
         return text.replace(".", self.say("language.decimal"))
 
     def title(self, exercise: Exercise) -> str:
-        """Return the title of an exercise; that of messages/ where the manifest has none."""
-        return self.get(f"exercise.{exercise.id}") or _own(exercise.titles, self.language)
+        """Return the title of an exercise. Raises KeyError."""
+        return self.say(f"exercise.{exercise.id}")
 
     def tp_title(self, tp: int) -> str:
         """Return the title of a TP. Raises KeyError for one that there is not."""
-        return self.get(f"exercise.TP{tp}") or _own(exercises.load().tps[tp], self.language)
+        return self.say(f"exercise.TP{tp}")
 
     def age(self, seconds: int, date: str) -> str:
         """Return how long ago a file was written; its date when that is long ago, or to come."""
@@ -79,10 +78,6 @@ def preferred(asked: str = "", otherwise: str = "") -> str:
     """Return the language asked for, or that of MRT_LANG; another one otherwise, the course's."""
     names = ((asked or os.environ.get("MRT_LANG", ""))[:2].lower(), otherwise)
     return next((name for name in names if name in LANGUAGES), settings.load().language)
-
-
-def _own(titles: Mapping[str, str], language: str) -> str:
-    return titles.get(language) or titles[COMPLETE[-1]]
 
 
 @cache

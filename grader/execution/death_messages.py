@@ -7,6 +7,7 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 
 from grader.course.message import Message
+from grader.course.settings import COMPLETE
 from grader.course.texts import LANGUAGES, Texts, sentences
 from grader.execution.crash_location import ENDLESS
 from grader.execution.records import Cause, Death
@@ -126,7 +127,7 @@ def _key(death: Death) -> str:
     if death.word == "null-pointer":
         return "death.null"
     key = f"death.{death.word}"
-    return key if key in sentences("fr") else "death.other"
+    return key if key in sentences(COMPLETE[-1]) else "death.other"
 
 
 def _nearer(key: str, death: Death) -> str:

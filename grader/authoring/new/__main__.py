@@ -62,8 +62,8 @@ def _made(options: argparse.Namespace) -> tuple[list[Edit], list[str]]:
             *("make skeleton", f"make expected SUITE={function}.any", asked, mistaken),
             *("make notebooks", "make test"),
         ]
-    known = "EXERCISE=TP3.B3 FUNCTION=fog_color, CHECK= SUITE=, MISTAKE=, SCENE="
-    raise NewError(f"say what is new: {known}")
+    ways = "EXERCISE=TP3.B3 FUNCTION=fog_color, CHECK= SUITE=, MISTAKE=, SCENE="
+    raise NewError(f"say what is new: {ways}")
 
 
 def _told(made: Sequence[Edit], then: Sequence[str]) -> str:

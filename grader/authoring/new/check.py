@@ -4,30 +4,19 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from grader.authoring.expected.suites import recipes
 from grader.authoring.new.edits import MARK, Edit, NewError, behind, in_table, read
 from grader.checking.pictures.plan import everything
 from grader.course.exercises import CORE, ROOT, Exercise, Manifest
 from grader.course.nearest import nearest
-from grader.course.texts import LANGUAGES
+from grader.course.settings import COMPLETE
+from grader.course.texts import Texts
 
 MANIFEST = "grader/course/exercises.toml"
 MESSAGES = "grader/course/messages"
 _ID = re.compile(r"tp\d\.[a-z_]\w*\.[a-z_]\w*")
-TITLE: Mapping[str, str] = {
-    "fr": "ce qui est vérifié, en une affirmation",
-    "en": "what is looked at, as a statement",
-}
-QUESTION: Mapping[str, str] = {
-    "fr": "une question qui fait regarder au bon endroit",
-    "en": "a question that makes one look at the right place",
-}
-HINTS: Mapping[str, str] = {
-    "fr": "deux indices : où regarder, puis presque la réponse",
-    "en": "two hints: where to look, then nearly the answer",
-}
 
 
 def edits(check: str, suite: str, rules: Manifest) -> list[Edit]:
@@ -78,7 +67,7 @@ def _expect_new(check: str, rules: Manifest) -> None:
 
 
 def _with_messages(check: str, exercise: Exercise, manifest: str) -> list[Edit]:
-    sentences = [_messages(check, exercise, language) for language in LANGUAGES]
+    sentences = [_messages(check, exercise, language) for language in COMPLETE]
     return [Edit(MANIFEST, manifest), *sentences]
 
 
@@ -112,10 +101,11 @@ def parameters(suite: str) -> list[str]:
 
 def table_lines(check: str, language: str) -> dict[str, str]:
     """Return the entries of a check in the tables of a language's messages."""
+    empty = {"title": '""', "question": '""', "hint": '["", ""]'}
+    say = Texts(language).say
     return {
-        "title": f'"{check}" = "" # {MARK} {TITLE[language]}\n',
-        "question": f'"{check}" = "" # {MARK} {QUESTION[language]}\n',
-        "hint": f'"{check}" = ["", ""] # {MARK} {HINTS[language]}\n',
+        name: f'"{check}" = {value} # {MARK} {say(f"new.{name}")}\n'
+        for name, value in empty.items()
     }
 
 

@@ -4,28 +4,20 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Mapping
 
 from grader.authoring.new import check as checks
 from grader.authoring.new.check import MANIFEST, MESSAGES
 from grader.authoring.new.edits import MARK, Edit, NewError, behind, created, read
 from grader.authoring.translation import SOURCE
 from grader.course.exercises import CORE, Exercise, Manifest
-from grader.course.texts import LANGUAGES
+from grader.course.settings import COMPLETE
+from grader.course.texts import Texts
 
 HEADER = "core_c/exercises.h"
 _ID = re.compile(r"TP([1-5])\.(B?)[1-7]")
 _FUNCTION = re.compile(r"[a-z]\w*")
 # What follows the exercise's title in the header, but for the French comments.
 _ARGUMENT, _RETURNS = "  x  what it is", "Returns what."
-_SECTION: Mapping[str, str] = {
-    "fr": "ce que la fonction fait, une image, un exemple",
-    "en": "what the function does, a picture, an example",
-}
-_ROW: Mapping[str, tuple[str, str]] = {
-    "fr": ("ce qu'elle reçoit", "ce qu'elle renvoie"),
-    "en": ("what it receives", "what it returns"),
-}
 
 
 def edits(name: str, function: str, rules: Manifest) -> list[Edit]:
@@ -38,8 +30,8 @@ def edits(name: str, function: str, rules: Manifest) -> list[Edit]:
         _contract(name, function, own),
         _solution(name, function, file, own),
         _entry(name, function, file, suite, own),
-        *(_messages(name, function, suite, each) for each in LANGUAGES),
-        *(_section(name, function, tp, each) for each in LANGUAGES),
+        *(_messages(name, function, suite, each) for each in COMPLETE),
+        *(_section(name, function, tp, each) for each in COMPLETE),
         _sentences(name),
     ]
 
@@ -73,10 +65,8 @@ def _comment(name: str, function: str, language: str) -> str:
     """Return the contract in another language, beside the English one."""
     what = f"{name} - {MARK} what {function} is, in a sentence; its parameters below."
     english = f"{what}\n\n{_ARGUMENT}\n\n{_RETURNS}\nCheck: make grade TP={name[2]} K={function}"
-    return (
-        f"[[comment]]\nen = '''\n{english}'''\n"
-        f"{language} = '''\n{name} - {MARK} le contrat, comme {HEADER} le dit'''\n"
-    )
+    asked = Texts(language).say("new.contract", header=HEADER)
+    return f"[[comment]]\nen = '''\n{english}'''\n{language} = '''\n{name} - {MARK} {asked}'''\n"
 
 
 def _solution(name: str, function: str, file: str, own: list[Exercise]) -> Edit:
@@ -101,7 +91,6 @@ functions = ["{function}"]
 file = "{file}"
 points = 100 # {MARK} hundredths of a point: the sum of the course's is 100 points, of bonuses 20
 bonus = {str("B" in name).lower()}
-title = {{ fr = "", en = "" }} # {MARK} a few words
 section = "" # {MARK} of the handout
 depends = [] # {MARK} the exercises whose functions a right one calls
 [exercise.checks]
@@ -114,7 +103,8 @@ depends = [] # {MARK} the exercises whose functions a right one calls
 
 def _messages(name: str, function: str, suite: str, language: str) -> Edit:
     """Return the file of all that an exercise says in a language."""
-    tables = checks.table_lines(f"tp{name[2]}.{suite}", language)
+    title = f'"{name}" = "" # {MARK} {Texts(language).say("new.exercise")}\n'
+    tables = {"exercise": title, **checks.table_lines(f"tp{name[2]}.{suite}", language)}
     parts = [f"[{table}]\n{entry}" for table, entry in tables.items()]
     if language != SOURCE:
         parts.append(_comment(name, function, language))
@@ -122,14 +112,13 @@ def _messages(name: str, function: str, suite: str, language: str) -> Edit:
 
 
 def _section(name: str, function: str, tp: int, language: str) -> Edit:
-    path = f"notebooks/{language}/TP{tp}.md"
+    path, say = f"notebooks/{language}/TP{tp}.md", Texts(language).say
     block = (
-        f"\n### `{function}`\n\n<!-- {MARK} {_SECTION[language]} -->\n\n"
+        f"\n### `{function}`\n\n<!-- {MARK} {say('new.section')} -->\n\n"
         f'```python\ncheck("{name}")\n```\n'
     )
     text = behind(path, read(path), r'^check\("TP\d\.B?\d"\)\n```\n', block)
-    takes, gives = _ROW[language]
-    row = f"| `{function}(x)` | {MARK} {takes} | {MARK} {gives} |\n"
+    row = f"| `{function}(x)` | {MARK} {say('new.takes')} | {MARK} {say('new.gives')} |\n"
     return Edit(path, behind(path, text, r"^\| `\w+\(.*\|\n", row))
 
 

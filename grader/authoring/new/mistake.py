@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from grader.authoring.new.check import messages_of
 from grader.authoring.new.edits import MARK, Edit, NewError, behind, read
@@ -12,15 +12,12 @@ from grader.authoring.specimens.mistakes import Mistake
 from grader.authoring.specimens.wrong import WORTH
 from grader.course.exercises import ROOT, Exercise, Manifest, read_toml
 from grader.course.nearest import nearest
-from grader.course.texts import LANGUAGES
+from grader.course.settings import COMPLETE
+from grader.course.texts import Texts
 
 FOLDER = "reference/mistakes"
 SHARES = f"{FOLDER}/{WORTH}"
 _ID = re.compile(r"[a-z]\w*")
-_SAYS: Mapping[str, tuple[str, str, str]] = {
-    "fr": ("l'erreur, en une phrase", "une question qui la fait voir", "ce qui la corrige"),
-    "en": ("the mistake, as a sentence", "a question that shows it", "what mends it"),
-}
 
 
 def edits(
@@ -40,7 +37,7 @@ def edits(
         raise NewError(f"WORTH={worth}: one of {', '.join(worths)}, in {SHARES}")
     own = [each.id for each in known if each.exercise == exercise]
     chosen = rules.exercise(exercise)
-    sentences = [_messages(name, chosen, language, own) for language in LANGUAGES]
+    sentences = [_messages(name, chosen, language, own) for language in COMPLETE]
     return [_change(name, chosen, worth, own), *sentences]
 
 
@@ -80,10 +77,8 @@ def _in_list(path: str, text: str, own: list[str], entry: str) -> str:
 
 def _messages(name: str, exercise: Exercise, language: str, own: list[str]) -> Edit:
     """Return the sentences, in the exercise's own file where it has one."""
-    title, question, hint = _SAYS[language]
-    entry = (
-        f'\n[mistake.{name}]\ntitle = "" # {MARK} {title}\n'
-        f'question = "" # {MARK} {question}\nhint = "" # {MARK} {hint}\n'
-    )
+    say, parts = Texts(language).say, ("title", "question", "hint")
+    rows = [f'{part} = "" # {MARK} {say(f"new.mistake_{part}")}\n' for part in parts]
+    entry = "".join([f"\n[mistake.{name}]\n", *rows])
     path = messages_of(exercise, language, "mistakes")
     return Edit(path, _in_list(path, read(path), own, entry))

@@ -13,12 +13,12 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-class CommaTicks(ScalarFormatter):
-    """matplotlib's own numbers, with a comma."""
+class DecimalTicks(ScalarFormatter):
+    """matplotlib's own numbers, with the decimal sign of the language."""
 
     def __call__(self, x: float, pos: int | None = None) -> str:
         """Return a tick's label."""
-        return super().__call__(x, pos).replace(".", ",")
+        return super().__call__(x, pos).replace(".", texts().say("language.decimal"))
 
 
 def dress(drawn: Figure) -> None:
@@ -27,10 +27,10 @@ def dress(drawn: Figure) -> None:
         each.set_text(capital(each.get_text()))
     for axes in drawn.axes:
         for axis in (axes.xaxis, axes.yaxis, getattr(axes, "zaxis", None)):
-            if axis is not None and texts().language == "fr":
-                _with_commas(axis)
+            if axis is not None:
+                _with_decimals(axis)
 
 
-def _with_commas(axis: Any) -> None:
+def _with_decimals(axis: Any) -> None:
     if type(axis.get_major_formatter()) is ScalarFormatter:
-        axis.set_major_formatter(CommaTicks())
+        axis.set_major_formatter(DecimalTicks())

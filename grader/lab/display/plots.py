@@ -35,9 +35,9 @@ def number(value: float, decimals: int) -> str:
     if "." in text:
         text = text.rstrip("0").rstrip(".")
     text = "0" if text == "-0" else text
-    if texts().language == "fr":
-        return text.replace(",", "\N{NARROW NO-BREAK SPACE}").replace(".", ",")
-    return text
+    whole, point, part = text.partition(".")
+    whole = whole.replace(",", sentence("language.thousands"))
+    return f"{whole}{sentence('language.decimal') if point else ''}{part}"
 
 
 def digits(value: float, figures: int) -> str:
@@ -47,7 +47,7 @@ def digits(value: float, figures: int) -> str:
 
 def triple(values: Iterable[float], decimals: int = 2) -> str:
     """Return three numbers, as (0,75 ; 0,75 ; 1) in French."""
-    separator = " ; " if texts().language == "fr" else ", "
+    separator = sentence("language.separator")
     return f"({separator.join(number(float(each), decimals) for each in values)})"
 
 

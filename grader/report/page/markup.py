@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import re
+from functools import cache
 from typing import Any
 
 from markupsafe import Markup, escape
 from pygments import formatters, highlight, lexers  # type: ignore[import-untyped]
+
+from grader.course.texts import Texts
 
 # Controls, and marks that turn the direction of writing: with them a line can look like another.
 _HIDDEN = re.compile(
@@ -24,16 +27,31 @@ def visible(text: str) -> str:
 
 
 def typeset(value: Any, language: str) -> Any:
-    """Return what a template writes: text made visible, with the spaces of French typography."""
+    """Return what a template writes: text made visible, with the spaces of its typography."""
     if not isinstance(value, str) or isinstance(value, Markup):
         return value
     text = visible(value)
-    if language == "fr":
-        text = re.sub(r" ([;?!])", rf"{_NARROW}\1", text)
-        text = re.sub(r" ([:»%])", rf"{_WIDE}\1", text)
-        text = text.replace("« ", f"«{_WIDE}")
-        text = re.sub(r"(\d) / (\d)", rf"\1{_WIDE}/{_WIDE}\2", text)
+    for pattern, bound in _typography(language):
+        text = pattern.sub(bound, text)
     return text
+
+
+@cache
+def _typography(language: str) -> tuple[tuple[re.Pattern[str], str], ...]:
+    """Return what is bound to the word beside it, and how: keys of [language] in messages/."""
+    texts = Texts(language)
+    rules = {
+        "narrow_before": (r" ([{}])", rf"{_NARROW}\1"),
+        "wide_before": (r" ([{}])", rf"{_WIDE}\1"),
+        "wide_after": (r"([{}]) ", rf"\1{_WIDE}"),
+        "wide_around": (r"(?<=\d) ([{}]) (?=\d)", rf"{_WIDE}\1{_WIDE}"),
+    }
+    marks = {name: texts.say(f"language.{name}") for name in rules}
+    return tuple(
+        (re.compile(pattern.format(re.escape(marks[name]))), bound)
+        for name, (pattern, bound) in rules.items()
+        if marks[name]
+    )
 
 
 def told(text: str, language: str) -> Markup:

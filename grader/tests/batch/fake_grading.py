@@ -66,7 +66,7 @@ def graded(task: Task) -> dict[str, Any]:
     worth = float(found[1]) if found else 0.0
     rows = [
         ExerciseResult(
-            *(each.id, each.tp, each.functions[0], each.file, each.titles["en"], each.bonus),
+            *(each.id, each.tp, each.functions[0], each.file, Texts("en").title(each), each.bonus),
             outcome=Outcome.PASSED if worth == 1 else Outcome.FAILED if worth else Outcome.TODO,
             points=0 if each.bonus else round(each.points * worth),
             max_points=each.points,

@@ -23,7 +23,7 @@ from grader.checking.pictures.neighbours import Surroundings
 from grader.checking.pictures.plan import ExpectedPicture, judged
 from grader.checking.records import Evidence
 from grader.checking.shapes import Image
-from grader.course import exercises, scenes
+from grader.course import exercises
 from grader.course.message import Message
 from grader.evaluation import recognition
 from grader.evaluation.recognition import KnownMistake, encode, with_mistakes
@@ -150,7 +150,7 @@ def test_other_mistakes_make_the_pictures_drift(
 ) -> None:
     """A patch that has changed must be drawn again."""
     monkeypatch.setattr(drift, "everything", lambda: ())
-    monkeypatch.setattr(scenes, "load", dict)
+    monkeypatch.setattr(drift, "_maps", lambda *_: [])
     assert drift.check(data) == 0
     now = {**lineup.fingerprints(), "sphere_far_root": "other"}
     monkeypatch.setattr(lineup, "fingerprints", lambda: now)

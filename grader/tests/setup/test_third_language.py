@@ -27,6 +27,7 @@ to_install = "zzz gets it"
     "words.toml": """\
 [language]
 decimal = ","
+narrow_before = "?"
 
 [exercise]
 "TP1" = "Zzz pictures"
@@ -39,7 +40,7 @@ graded = "Zzz: {name}"
 summary = "Zzz in short"
 
 [question]
-"tp1.fill_red.color" = "Zzz, which colour?"
+"tp1.fill_red.color" = "Zzz, which colour ?"
 
 [title]
 "tp1.fill_red.color" = "Zzz colour"
@@ -96,7 +97,7 @@ def test_make_grade_is_in_it(project: Path) -> None:
     assert "Zzz: core_c" in said
     assert "TP1 - Zzz pictures" in said
     assert "Zzz red" in said
-    assert "Zzz, which colour?" in said
+    assert "Zzz, which colour ?" in said
     assert "Next step: TP1.1" in said
     folder = project / "build" / "grade" / "partial"
     content = json.loads((folder / "results.json").read_text(encoding="utf-8"))
@@ -105,7 +106,7 @@ def test_make_grade_is_in_it(project: Path) -> None:
     html = (folder / "report.html").read_text(encoding="utf-8")
     assert '<html lang="xx"' in html
     assert "Zzz in short" in html
-    assert "Zzz, which colour?" in html
+    assert "Zzz, which colour\N{NARROW NO-BREAK SPACE}?" in html
 
 
 def test_the_report_is_made_again_in_it(project: Path) -> None:
@@ -116,7 +117,7 @@ def test_the_report_is_made_again_in_it(project: Path) -> None:
     assert done.returncode == 0
     assert "Zzz" not in done.stdout
     said = make(project, "report", RESULTS="build/grade/partial")
-    assert "Zzz, which colour?" in said
+    assert "Zzz, which colour ?" in said
 
 
 def test_the_class_page_is_in_it(project: Path, tmp_path: Path) -> None:

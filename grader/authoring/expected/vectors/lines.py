@@ -53,7 +53,7 @@ def _questions(name: str, line: Mapping[str, Any], m: Maker) -> list[Question]:
         args = {key: _column(m, each, said.get(key), count) for key, each in parameters.items()}
     except (KeyError, TypeError, ValueError) as error:
         raise _wrong(name, f"its inputs: {error}") from error
-    return [Question(Batch(function, args, m.world()))]
+    return [Question(Batch(function, args, {}))]
 
 
 def _longest(said: Any) -> int:
