@@ -39,14 +39,15 @@ def false_hit(case: ReplayedPixel, ray: Any, index: int, depth: int = 0) -> Wron
 def _distances(case: ReplayedPixel, ray: Any, index: int) -> Array | None:
     """Return where a ray meets a sphere or a plane, nearest first; None of another object."""
     each = case.probe.content.objects[index]
+    kind = kinds()[int(each["type"])]
     orig, direction = ray["orig"].astype(np.float64), ray["dir"].astype(np.float64)
     with np.errstate(divide="ignore", invalid="ignore"):  # of a ray that leads nowhere
-        if each["type"] == SPHERE:
+        if kind == "SPHERE":
             away = orig - each["center"]
             square, half = direction @ direction, away @ direction
             root = np.emath.sqrt(half**2 - square * (away @ away - float(each["radius"]) ** 2))
             found = (np.array([-root, root]) - half) / square
-        elif each["type"] == _PLANE:
+        elif kind == "PLANE":
             up = direction @ each["normal"]
             found = np.array([-(orig @ each["normal"] + each["dist"]) / up])
         else:
