@@ -25,6 +25,7 @@ from grader.course import exercises, sizes
 from grader.course.message import Message
 from grader.execution import death_messages
 from grader.execution.library_set import LibrarySet
+from grader.execution.loops import LOOPS, Loop
 from grader.execution.records import OUT_OF_TIME, Act, Death
 from grader.execution.session import Died, Library, Limits, Session
 
@@ -204,12 +205,14 @@ class Student:
                 session.call("raytrace")
 
             # A picture would only take longer to loop in the same place.
-            stuck = next((name for name in self._own if name in self._libraries.stuck), "raytrace")
+            loops = self._libraries.loops
+            looping = (name for name in self._own if loops.of(name, chances=1))
             self.guard(
-                stuck,
+                next(looping, "raytrace"),
                 lambda case: f"raytrace() ({text})",
                 draw,
                 lambda case: "" if begin else reproducer.of_picture(scene, settings, PICTURE_SIZE),
+                chances=1,
             )
             flat = session.get("output_image")
         return flat.reshape(PICTURE_SIZE[1], PICTURE_SIZE[0], 3)
@@ -234,26 +237,32 @@ class Student:
         call: Callable[[int], str],
         act: Callable[[], T],
         program: Callable[[int], str],
+        chances: int = LOOPS,
     ) -> T:
         """Run code that calls a function.
 
         `call` gives the text of its calls by their number, and `program` each as a C program.
-        Raises CallDied when it does not come back; at once when it has run out of time before.
+        Raises CallDied when it does not come back; at once, with the call that did not, when its
+        loops are known.
         """
-        if name in self._libraries.stuck:
-            raise self._fatal(self._libraries.stuck[name], call(0), program(0))
+        loops = self._libraries.loops
+        if known := loops.of(name, chances):
+            raise self._fatal(known)
         try:
-            return act()
+            answer = act()
         except Died as error:
-            if error.death.cause in OUT_OF_TIME:
-                self._libraries.stuck[name] = error.death
             case = error.death.case
-            raise self._fatal(error.death, call(case), program(case)) from error
+            found = Loop(error.death, call(case), program(case))
+            if error.death.cause in OUT_OF_TIME:
+                loops.add(name, found)
+            raise self._fatal(found) from error
+        loops.come_back(name)
+        return answer
 
-    def _fatal(self, death: Death, call: str, program: str) -> CallDied:
+    def _fatal(self, found: Loop) -> CallDied:
         others = {name for each in exercises.load().exercises for name in each.functions}
-        location = death_messages.shown(death, self._own, others.difference(self._own))
-        return CallDied(death, call, Evidence(reproducer=program), location)
+        location = death_messages.shown(found.death, self._own, others.difference(self._own))
+        return CallDied(found.death, found.call, Evidence(reproducer=found.program), location)
 
     @contextlib.contextmanager
     def _session(self, size: Size) -> Iterator[Session]:
@@ -272,11 +281,11 @@ class Student:
 
     def _loaded(self, stack: contextlib.ExitStack, start: Start, limits: Limits) -> Session:
         """Start a session. Raises Died; at once when loading has run out of time before."""
-        if _LOADING in self._libraries.stuck:
-            raise Died(self._libraries.stuck[_LOADING])
+        if known := self._libraries.loops.of(_LOADING):
+            raise Died(known.death)
         try:
             return stack.enter_context(start(limits))
         except Died as error:
             if error.death.cause in OUT_OF_TIME:
-                self._libraries.stuck[_LOADING] = error.death
+                self._libraries.loops.add(_LOADING, Loop(error.death, "", ""))
             raise

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from grader.build.records import BuildResult, BuildStatus
 from grader.course.message import Message
 from grader.course.sizes import Size
-from grader.execution.records import Death
+from grader.execution.loops import Loops
 from grader.execution.worker_process import WorkerProcess, start_worker
 from grader.sandbox.budget import Budget
 
@@ -33,7 +33,7 @@ class NotBuilt(Exception):
 class LibrarySet(Protocol):
     """The libraries of a submission; each is there when it is asked for, and not before."""
 
-    stuck: dict[str, Death]  # functions that have run out of time, in whatever check
+    loops: Loops  # of its functions, in whatever check
     is_mixed: bool  # whether functions of the reference stand in for some of its own
     kept: dict[tuple[Path, str], Any]  # what checks keep of it for one another
 
@@ -62,7 +62,7 @@ class BuiltLibraries:
         probed: Callable[[Size], BuildResult] | None = None,
     ) -> None:
         """Libraries without a probe are those in which functions of the reference stand."""
-        self.stuck: dict[str, Death] = {}
+        self.loops = Loops()
         self.kept: dict[tuple[Path, str], Any] = {}
         self.is_mixed = probed is None
         self._probed = probed

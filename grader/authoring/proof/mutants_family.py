@@ -23,7 +23,7 @@ from grader.build.records import Binding, BuildResult, BuildStatus, Target
 from grader.checking.expected_data import SIZE
 from grader.checking.shapes import Size
 from grader.checking.student import PICTURE_SIZE
-from grader.execution.records import Death
+from grader.execution.loops import Loops
 from grader.execution.session import DEFAULT_LIMITS, Library, Session
 from grader.execution.worker_process import Limits, WorkerProcess, start_worker
 from grader.intake.records import Submission
@@ -44,7 +44,7 @@ class Kit:
     """
 
     def __init__(self, submission: Submission, cache: Path, selects: bool = False) -> None:
-        self.stuck: dict[str, Death] = {}
+        self.loops = Loops()
         self.kept: dict[tuple[Path, str], Any] = {}
         self.is_mixed = False
         self.number = 0
@@ -64,7 +64,7 @@ class Kit:
 
     def choose(self, number: int) -> None:
         """Run that mutant from now on."""
-        self.number, self.stuck = number, {}
+        self.number, self.loops = number, Loops()
 
     def errors(self) -> str:
         """Return what the compiler says against the program, "" when nothing."""

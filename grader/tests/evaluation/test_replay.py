@@ -28,7 +28,7 @@ from grader.course.texts import Texts
 from grader.evaluation.grading import grade
 from grader.evaluation.records import Finding, Outcome
 from grader.evaluation.worst_pixel import with_worst_pixel
-from grader.execution.records import Death
+from grader.execution.loops import Loops
 from grader.execution.session import Library
 from grader.execution.worker_process import start_worker
 from grader.intake.records import Submission
@@ -159,7 +159,7 @@ class Renderer:
     """One library, that of whole pictures: what a Student asks for here."""
 
     def __init__(self, core: Library) -> None:
-        self.stuck: dict[str, Death] = {}
+        self.loops = Loops()
         self.is_mixed = False
         self._core = core
 
