@@ -1,4 +1,4 @@
-"""TP4.3 - how the checks of mirrors count bounces."""
+"""TP4.3 - how the checks of mirrors count bounces, and tell what is seen from how strongly."""
 
 from __future__ import annotations
 
@@ -7,8 +7,41 @@ from dataclasses import replace
 import numpy as np
 
 from grader.checking.expected_data import Answer, Batch
-from grader.checking.student import Student
-from grader.checks.common import check_stages
+from grader.checking.observations import Observations
+from grader.checking.student import CallDied, Student, Wrong
+from grader.checks.common import check_stages, check_stages_of_sky
+
+SEEN = 1e-3  # of a colour
+
+
+def check_sky(student: Student, suite: str) -> None:
+    """Compare what is seen in mirrors of the sky; it counts for who does not see it everywhere."""
+    for trial in student.trials("mirror_color.object"):
+        k, got = trial.batch.args["it"]["mat"]["ks"], trial.got("result")
+        if np.ptp(got / k, axis=0).max() < SEEN and got.any():
+            trial.expect("result")
+    check_stages_of_sky(student, suite)
+
+
+def check_seen(student: Student, suite: str) -> None:
+    """Compare what is seen in mirrors; how strongly is asked of `sky` and of `channels`.
+
+    What is seen without any coefficient, or by one that is 1 here, is accepted: it is forgotten, or
+    another one, in every mirror alike.
+    """
+    try:
+        check_stages(student, suite)
+    except Wrong as first:
+        noted, student.observations = student.observations, Observations()
+        try:
+            for trial in student.trials(suite):
+                (stored, *_), k = trial.batch.answers, trial.batch.args["it"]["mat"]["ks"]
+                bare = Answer(stored.result / k, stored.out)
+                replace(trial, batch=replace(trial.batch, answers=(bare,))).expect("result")
+        except (Wrong, CallDied):
+            raise first from None
+        finally:
+            student.observations = noted
 
 
 def check_depth(student: Student, suite: str) -> None:
@@ -17,7 +50,7 @@ def check_depth(student: Student, suite: str) -> None:
     At which depth its own trace_ray turns black is another exercise's question: the mirror of a ray
     that has one bounce left shows what trace_ray says of the ray that its reflected_ray makes.
     """
-    check_stages(student, suite)
+    check_seen(student, suite)
     for batch in student.batches(suite):
         args = {name: each.copy() for name, each in batch.args.items()}
         args["in"]["depth"] = batch.globals["options"]["max_depth"] - 1

@@ -28,6 +28,7 @@ from grader.execution.library_set import NotBuilt
 UNWRITTEN = -1.0  # of every channel, before raytrace
 MOST = 0.5  # of the pixels
 FLAT = 1e-3  # a picture that varies by less has one colour
+COLORS = 4  # fewer are painted, and come from no ray
 
 
 @dataclass(frozen=True)
@@ -123,6 +124,11 @@ def _drawn_on(bench: Bench, batch: Batch) -> Drawn:
     bench.call("raytrace", "raytrace()")
     picture = bench.session.get("output_image").reshape(size)
     return Drawn(batch, picture, centre.reshape(size), corner.reshape(size))
+
+
+def is_painted(picture: Image) -> bool:
+    """Whether a picture has so few colours that they come from no ray."""
+    return len(np.unique(np.round(_flat(picture) / FLAT), axis=0)) < COLORS
 
 
 def _flat(picture: Image) -> Array:

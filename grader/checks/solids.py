@@ -44,6 +44,7 @@ def check_distance(student: Student, suite: str) -> None:
 def check_position(student: Student, suite: str) -> None:
     """Look whether the points hit are those of the rays at t: the submission's own, if it is."""
     for trial in student.trials(suite):
+        expect_computed(trial)
         found = met(trial)
         with contextlib.suppress(Wrong):
             own = judged_by(trial.aside(), "it.position", own_points(trial))
@@ -211,12 +212,13 @@ def expect_placed(trial: Answers) -> None:
 def expect_computed(trial: Answers) -> None:
     """Raise Wrong unless something of the hits has been computed: what is copied earns nothing.
 
-    In most of them t or the point is right, or the point is that of the ray at t.
+    In most of them t or the point is right, or the point is that of the ray at t: at a t that is
+    not the same whatever is asked.
     """
     found, tolerance = met(trial), trial.batch.tolerance
     accepted = trial.batch.answers[0].out
     t, point = trial.got("r.tmax"), trial.got("it.position")
-    moved = t != trial.batch.args["r"]["tmax"]
+    moved = (t != trial.batch.args["r"]["tmax"]) & (np.ptp(t[found]) > 0)
     signs = (
         ~far(t, accepted["r"]["tmax"], tolerance),
         ~far(point, accepted["it"]["position"], tolerance),

@@ -91,7 +91,7 @@ def test_raytrace_every_pixel(student: Student) -> None:
             student.observations.note_mask("left", unwritten)
             j, i = divmod(int(left[0]), SIZE[0])
             raise Wrong("failure.unwritten", i=i, j=j, width=SIZE[0], height=SIZE[1])
-        if np.ptp(drawn.picture.reshape(-1, 3), axis=0).max() < raytrace.FLAT:
+        if raytrace.is_painted(drawn.picture):
             raise Wrong("failure.flat_picture")
 
     raytrace.check(student, look)

@@ -94,10 +94,25 @@ def expect_lit(student: Student, suite: str) -> None:
         expect_seen(trial, got - got[0])
 
 
+def expect_angles(student: Student) -> None:
+    """Raise Wrong unless what a light gives changes with an angle, in the diffuse part or the lobe.
+
+    The light's colour times that of the material, whatever the directions, earns nothing.
+    """
+    diffuse, lobe = student.trials("shade.diffuse")[0], student.trials("shade.lobe")[0]
+    for trial, field in ((diffuse, "kd"), (lobe, "ks")):
+        color = trial.batch.args["mat"][field] * trial.batch.args["light_color"]
+        share = trial.got("result") / np.maximum(color, SEEN)
+        if np.ptp(share.max(axis=1)) > SEEN:
+            return
+    diffuse.expect("result")
+
+
 @pytest.mark.check("tp3.shade.back")
 def test_shade_back(student: Student) -> None:
     """A light behind the surface gives black; one along it does not."""
     expect_lit(student, "shade.diffuse")
+    expect_angles(student)
     check_results(student, "shade.back")
     expect_some_light(student, "shade.grazing")
 
@@ -146,6 +161,7 @@ def told(trial: Answers) -> dict[str, object]:
 @pytest.mark.check("tp3.shade.bright")
 def test_shade_bright(student: Student) -> None:
     """The light's colour is a factor, however bright it is."""
+    expect_angles(student)
     (batch,) = student.batches("shade.both")
     with student.bench() as bench:
         dim = bench.trial(batch).got("result")
@@ -175,6 +191,7 @@ def test_direct_light_sum(student: Student) -> None:
                 lit_by(bench, batch, lights[k : k + 1]).got("result") - none
                 for k in range(len(lights))
             ]
+            expect_place(bench, batch)
         added = np.sum(parts, axis=0)
         expect_light(whole, added)
         expect_own(whole, none + added)
@@ -184,6 +201,22 @@ def expect_light(trial: Answers, added: Array) -> None:
     """Raise Wrong unless lights add something, which is not the same everywhere."""
     for seen in (added, added - added[0]):
         expect_seen(trial, seen)
+
+
+def expect_place(bench: Bench, batch: Batch) -> None:
+    """Raise Wrong unless it matters where lights are, or where the surface looks.
+
+    Adding up the colours of the lights earns nothing.
+    """
+    hits, lights = batch.args["it"].copy(), batch.globals["lights"].copy()
+    hits["normal"] *= -1
+    lights["position"] *= -1
+    whole = lit_by(bench, batch, batch.globals["lights"])
+    changed = [
+        lit_by(bench, replace(batch, args={**batch.args, "it": hits}), batch.globals["lights"]),
+        lit_by(bench, batch, lights),
+    ]
+    expect_seen(whole, sum(np.abs(each.got("result") - whole.got("result")) for each in changed))
 
 
 def lit_by(bench: Bench, batch: Batch, lights: Array) -> Answers:
@@ -209,6 +242,7 @@ def test_direct_light_bright(student: Student) -> None:
         dim = bright.copy()
         dim["col"] /= BRIGHT
         with student.bench() as bench:
+            expect_place(bench, replace(batch, globals={**batch.globals, "lights": dim}))
             none = lit_by(bench, batch, bright[:0]).got("result")
             added = lit_by(bench, batch, dim).got("result") - none
             whole = lit_by(bench, batch, bright)
@@ -220,6 +254,8 @@ def test_direct_light_bright(student: Student) -> None:
 def test_direct_light_none(student: Student) -> None:
     """Without any light: black."""
     expect_lit(student, "direct_light.one")
+    with student.bench() as bench:
+        expect_place(bench, student.batches("direct_light.one")[0])
     check_results(student, "direct_light.none")
 
 
@@ -232,6 +268,7 @@ def test_direct_light_count(student: Student) -> None:
             whole = bench.trial(batch)
             wanted = lit_by(bench, batch, few).got("result")
             expect_light(whole, wanted - lit_by(bench, batch, few[:0]).got("result"))
+            expect_place(bench, batch)
         expect_own(whole, wanted)
 
 
@@ -243,9 +280,37 @@ def test_direct_light_barred(student: Student) -> None:
         both = bench.trial(barred)
         alone = lit_by(bench, free, free.globals["lights"]).got("result")
         none = lit_by(bench, free, free.globals["lights"][:0]).got("result")
+        expect_place(bench, free)
     expect_light(both, alone - none)
     less = np.asarray((both.got("result") < LEFT * alone).any(axis=1))
     both.complain(less, "failure.result", got=both.got("result"), expected=alone)
+
+
+@pytest.mark.check("tp3.direct_light.behind")
+def test_direct_light_behind(student: Student) -> None:
+    """A point seen from behind is lit as it is: its normal stays where it is."""
+    try:
+        check_results(student, "direct_light.behind")
+    except Wrong as first:
+        for batch in student.batches("direct_light.behind"):
+            expect_no_eye(student, batch, first)
+
+
+def expect_no_eye(student: Student, batch: Batch, first: Wrong) -> None:
+    """Raise `first` unless the side of the eye changes nothing of what the diffuse part gives.
+
+    How much it is, is asked of `one`.
+    """
+    hits = batch.args["it"].copy()
+    hits["mat"]["ks"] = hits["mat"]["kr"] = 0
+    matte = replace(batch, args={**batch.args, "it": hits})
+    with student.bench() as bench:
+        expect_place(bench, batch)
+        behind = bench.trial(matte).got("result")
+        front = bench.trial(replace(matte, args={**matte.args, "v": -batch.args["v"]}))
+    is_lit = (front.got("result").max(axis=1) > SEEN).mean() > 0.25
+    if not is_lit or far(behind, front.got("result"), batch.tolerance).any():
+        raise first from None
 
 
 LEFT = 0.4  # of the light that is not barred: a mean of two has half of it

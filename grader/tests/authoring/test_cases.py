@@ -14,7 +14,14 @@ from grader.course.exercises import ManifestError, load
 from grader.tests.support.sampling import sampled
 
 CASES = {each.id: each for each in cases.load()}
-SAMPLE = ["g4_list_as_tree", "lights_clamped_in_loop", "pi_3_14", "trace_magenta_when_shading"]
+SAMPLE = [
+    "g4_list_as_tree",
+    "g7_constants",
+    "lights_clamped_in_loop",
+    "octree_of_ten_levels",
+    "pi_3_14",
+    "trace_magenta_when_shading",
+]
 
 
 def test_every_patch_has_an_entry() -> None:

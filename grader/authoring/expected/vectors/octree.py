@@ -92,10 +92,15 @@ def _crowd(m: Maker) -> Array:
 
 
 def _heap(m: Maker) -> Array:
-    """Spheres that nearly coincide: no cut tells them apart."""
+    """Spheres that nearly coincide, which no cut tells apart, and two far away.
+
+    A heap that filled the tree's box would have eight times as many boxes at each cut: a tree of
+    ten cuts is right, and ends only where the heap is small in it.
+    """
     made = m.objects("SPHERE", 40, center=m.uniform(-0.2, 0.2, 40, 3))
     made["radius"] = m.uniform(1, 1.1, 40)
-    return made
+    far = m.objects("SPHERE", 2, center=[(-200, -190, -210), (205, 180, 160)], radius=1)
+    return stack(made, far)
 
 
 def _each(m: Maker, scene: Array) -> Batch:

@@ -86,7 +86,7 @@ def _cameras(m: Maker) -> list[Array]:
 def _solids() -> list[Recipe]:
     closed: Shapes = {"inside": Solid.inside, "caps": lambda solid: [_caps(solid), _out(solid)]}
     types: Mapping[str, tuple[Callable[[Maker], Solid], Shapes]] = {
-        "sphere": (kinds.spheres, {"inside": Solid.inside}),
+        "sphere": (kinds.spheres, {"inside": Solid.inside, "meets": _specks_too}),
         "plane": (kinds.planes, {"parallel": _parallel, "grazing": kinds.grazing}),
         "cylinder": (kinds.cylinders, closed),
         "cone": (kinds.cones, closed),
@@ -94,8 +94,18 @@ def _solids() -> list[Recipe]:
     return [
         solids.recipe(solid, f"intersect_{kind}", name, make)
         for kind, (solid, others) in types.items()
-        for name, make in (*solids.EVERY.items(), *others.items())
+        for name, make in {**solids.EVERY, **others}.items()
     ]
+
+
+def _specks_too(solid: Solid) -> list[Batch]:
+    """Rays that hit spheres or pass by, and some towards very small ones, which count as well."""
+    m, count = solid.m, 24
+    specks = m.objects("SPHERE", count, center=m.uniform(-2, 2, count, 3))
+    specks["radius"] = m.uniform(0.02, 0.06, count)
+    away = m.unit(count) * m.uniform(2, 4, count, 1)
+    args = {"r": m.rays(specks["center"] + away, norm1(-away)), "obj": specks}
+    return [solid.meets(), solid.hits(args)]
 
 
 def _caps(solid: Solid) -> Batch:

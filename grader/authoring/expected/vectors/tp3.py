@@ -177,7 +177,8 @@ def _direct() -> list[Recipe]:
     ]
     barred = Recipe("direct_light.barred", _behind_a_ball, TOLERANCE, REASON)
     beyond = Recipe("direct_light.count", _beyond, TOLERANCE, REASON)
-    return [*made, barred, beyond]
+    behind = Recipe("direct_light.behind", _from_behind, TOLERANCE, REASON)
+    return [*made, barred, beyond, behind]
 
 
 def _under(make: Callable[[Maker], list[Array]], m: Maker) -> list[Question]:
@@ -231,8 +232,23 @@ def _behind_a_ball(m: Maker) -> list[Question]:
     ]
 
 
-def direct(m: Maker, lights: Array, count: int = 40) -> Question:
-    """Return calls of direct_light around lights, with nothing that could throw a shadow."""
+def _from_behind(m: Maker) -> list[Question]:
+    """Return points of which the eye sees the other side, as from within a ball of glass.
+
+    Where it looks straight at the light there is no h.
+    """
+    made = direct(m, m.lights([(0, 5, 0)], [(1, 1, 1)]), side=-1)
+    args = made.batch.args
+    to_light = norm1(floats([0, 5, 0]) - args["it"]["position"])
+    keep = np.linalg.norm(args["v"] + to_light, axis=1) > 0.3
+    return [Question(only(made.batch, keep), tuple(only(each, keep) for each in made.variants))]
+
+
+def direct(m: Maker, lights: Array, count: int = 40, side: int = 1) -> Question:
+    """Return calls of direct_light around lights, with nothing that could throw a shadow.
+
+    The eye is on the normal's side, or with `side` -1 on the other.
+    """
     mat = m.materials(count, shininess=m.uniform(1, 20, count).round())
     mat["kd"][0], mat["ks"][0], mat["shininess"][0] = 1, 1, 10
     n = stack(UP, m.unit(count - 1))
@@ -242,8 +258,8 @@ def direct(m: Maker, lights: Array, count: int = 40) -> Question:
         to_light = norm1(lights["position"][m.rng.integers(len(lights), size=count)] - position)
         n[1:] = m.around(to_light[1:], 0.1)
         n[count // 2 :: 4] *= -1
-    v = m.around(n, 0.1)
-    v[0] = UP
+    v = m.around(side * n, 0.1)
+    v[0] = UP if side > 0 else (0.6, -0.8, 0)
     hits = m.hits(position, n, mat)
     far = m.objects("SPHERE", 1, center=(0, 900, 0), radius=0.1)
     world = m.world(far, lights, fresnel=False, shadows=False)
