@@ -18,9 +18,9 @@ const STYLE = `
 .mrt-bar{display:flex;gap:.5em;align-items:center;min-height:2em}
 .mrt-bar button{min-width:2em;min-height:2em}
 @media (pointer:coarse){.mrt-bar button{min-width:44px;min-height:44px}}
-.mrt-rays td,.mrt-rays th{padding:.15em .6em .15em 0}
+.mrt-rays td,.mrt-rays th{padding:.15em .6em .15em 0;overflow-wrap:break-word}
 .mrt-rays tr.mrt-lit{outline:2px solid #0072b2;background:rgba(0,114,178,.15)}
-@container (max-width:42em){
+@container (max-width:46em){
 .mrt-rays thead{display:none}
 .mrt-rays tr{display:block;padding:.3em 0}
 .mrt-rays th,.mrt-rays td{display:inline-block}
