@@ -12,11 +12,10 @@ from grader.batch.contents import some
 from grader.batch.lateness import Lateness
 from grader.batch.names import is_named
 from grader.batch.records import BatchError, Graded, ManualMark, Mark, Member
+from grader.course import exercises
 from grader.course.message import Message
 from grader.course.settings import Course
 from grader.evaluation.records import Outcome
-
-ALL_BONUS = 100.0  # bonus points are counted as parts of the hundred of the whole course
 
 
 def points(results: Mapping[str, Any], course: Course) -> tuple[float, float]:
@@ -28,7 +27,8 @@ def points(results: Mapping[str, Any], course: Course) -> tuple[float, float]:
         weight += own
         total += own * tp["score"] / tp["max_score"] if tp["max_score"] else 0.0
     base = marks.scale * total / weight if weight else 0.0
-    return base, min(marks.bonus_cap, marks.scale * results["bonus"] / ALL_BONUS)
+    whole = exercises.load().total(bonus=False)  # bonus points count as parts of it
+    return base, min(marks.bonus_cap, marks.scale * results["bonus"] / whole)
 
 
 def rounded(value: float, course: Course) -> float:

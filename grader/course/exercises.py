@@ -67,7 +67,7 @@ class Check:
     @property
     def is_picture(self) -> bool:
         """Whether it judges a picture, which says too little of the code that drew it."""
-        return self.subject == "scene"
+        return self.line is not None and bool(self.line.picture)
 
     @property
     def subject(self) -> str:
@@ -99,6 +99,10 @@ class Manifest:
     student: tuple[str, ...]
     given: tuple[str, ...]
     ungraded: tuple[str, ...]
+
+    def total(self, *, bonus: bool) -> float:
+        """Return the points of all exercises, or of all bonuses."""
+        return sum(each.points for each in self.exercises if each.bonus is bonus) / 100
 
     @cached_property
     def tps(self) -> tuple[int, ...]:

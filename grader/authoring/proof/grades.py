@@ -21,7 +21,7 @@ from typing import Any
 from grader.authoring.specimens import patches
 from grader.authoring.specimens.grading import results
 from grader.checking.expected_data import FOLDER
-from grader.course.exercises import CORE, MANIFEST, PACKAGE
+from grader.course.exercises import CORE, MANIFEST, PACKAGE, load
 from grader.course.message import GraderError
 from grader.course.settings import COURSE
 from grader.files import content_key
@@ -81,6 +81,11 @@ class Grade:
     def score(self) -> float:
         """Points of the exercises that count and of the bonuses."""
         return float(self.content["score"] + self.content["bonus"])
+
+    @property
+    def missing(self) -> float:
+        """What is missing of all the points that there are."""
+        return sum(load().total(bonus=each) for each in (False, True)) - self.score
 
     @property
     def points(self) -> dict[str, float]:

@@ -43,7 +43,7 @@ def report(found: Iterable[tuple[Mistake, Grade]], whole: bool = True) -> Part:
         [fault for mistake, grade in found for fault in faults(mistake, grade)],
         ["mistake", "exercise", "points lost", "named"],
         [
-            [mistake.id, mistake.exercise, f"{120 - grade.score:.2f}", name]
+            [mistake.id, mistake.exercise, f"{grade.missing:.2f}", name]
             for (mistake, grade), name in zip(found, names, strict=True)
         ],
         whole,

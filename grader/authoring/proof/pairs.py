@@ -90,7 +90,7 @@ def report(pairs: Sequence[Pair], grades: Mapping[str, Grade], whole: bool = Tru
             [
                 each.id,
                 f"{each.one.exercise}, {each.other.exercise}",
-                f"{120 - grades[each.id].score:.2f}",
+                f"{grades[each.id].missing:.2f}",
                 listed({name for names in grades[each.id].named.values() for name in names}),
             ]
             for each in pairs

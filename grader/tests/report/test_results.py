@@ -303,3 +303,9 @@ def test_pictures_of_an_earlier_run_are_removed(tmp_path: Path) -> None:
     every_outcome(folder=tmp_path)
     left = {path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("*.*")}
     assert left == named | set(others)
+
+
+def test_totals_are_those_of_the_manifest() -> None:
+    """100 points, and 20 of bonuses: said nowhere else."""
+    rules = exercises.load()
+    assert (rules.total(bonus=False), rules.total(bonus=True)) == (100, 20)
