@@ -13,7 +13,7 @@ from grader.report import page
 from grader.tests.browser.chromium import chromium
 from grader.tests.support.reports import every_outcome, png
 
-PHONE, DESK = (320, 640), (1200, 800)
+PHONE, TABLET, DESK = (320, 640), (900, 700), (1200, 800)
 A4_TEXT = (680, 1009)  # of A4 without its margins, CSS pixels
 RED_AND_NAVY = ("red", "navy")  # the pictures of the page
 
@@ -34,6 +34,8 @@ def address(tmp_path: Path) -> str:
             (tmp_path / each["images"]["got"]).write_bytes(png("red"))
     run = {"graded_at": "2026-03-02T10:30:00+01:00", "score": 1.5, "max_score": 100, "bonus": 0}
     content["history"] = [run, run]
+    content["exercises"][0]["part"] = {"run": 2, "of": 12}
+    content["exercises"][0]["part"] = {"run": 2, "of": 12}
     path = tmp_path / page.NAME
     path.write_text(page.render(content, tmp_path), encoding="utf-8")
     return path.as_uri()
@@ -60,7 +62,7 @@ def opened(browser: Any, address: str, size: tuple[int, int], **settings: Any) -
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-@pytest.mark.parametrize("size", [PHONE, DESK], ids=["phone", "desk"])
+@pytest.mark.parametrize("size", [PHONE, TABLET, DESK], ids=["phone", "tablet", "desk"])
 def test_nothing_sticks_out(browser: Any, address: str, size: tuple[int, int], scheme: str) -> None:
     """With everything unfolded: no sideways scrolling, no complaint, no request."""
     tab = opened(browser, address, size, color_scheme=scheme)
@@ -73,7 +75,7 @@ def test_nothing_sticks_out(browser: Any, address: str, size: tuple[int, int], s
     tab.close()
 
 
-@pytest.mark.parametrize("size", [PHONE, DESK], ids=["phone", "desk"])
+@pytest.mark.parametrize("size", [PHONE, TABLET, DESK], ids=["phone", "tablet", "desk"])
 def test_the_slider_wipes_and_the_pictures_blink(
     browser: Any, address: str, size: tuple[int, int]
 ) -> None:
