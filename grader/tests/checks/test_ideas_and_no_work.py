@@ -106,6 +106,31 @@ def _with_body(text: str, head: re.Pattern[str], body: str) -> tuple[str, int]:
     return text[:start] + "    " + body + text[end:], len(found)
 
 
+def test_lights_given_up_are_told_from_those_asked_about_wrongly(cache: Path) -> None:
+    """Who asks about the first light for each of them is not told to return black at a shadow."""
+    loop = "in_shadow(it, &lights[k])) {\n            "
+    edits = {
+        "return black": (f"{loop}continue;", f"{loop}return {BLACK};"),
+        "the first light": ("in_shadow(it, &lights[k])", "in_shadow(it, lights)"),
+        "return the sum": (f"{loop}continue;", f"{loop}return sum;"),
+        "the last light": ("in_shadow(it, &lights[k])", "in_shadow(it, &lights[num_lights - 1])"),
+    }
+    named = {}
+    for name, (old, new) in edits.items():
+        files = solution()
+        assert files["raytracer.c"].count(old) == 1
+        files["raytracer.c"] = files["raytracer.c"].replace(old, new)
+        judged = judge(files, cache, None, "tp3.direct_light.")["tp3.direct_light.barred"]
+        assert judged.outcome is Outcome.FAILED
+        named[name] = judged.mistakes
+    assert named == {
+        "return black": ("shadow_darkens_all",),
+        "the first light": (),
+        "return the sum": (),
+        "the last light": (),
+    }
+
+
 def test_a_tree_of_ten_cuts_is_right(cache: Path) -> None:
     """It stops by its depth alone, as the handout says, however many spheres coincide."""
     (case,) = (each for each in cases.load() if each.id == "octree_of_ten_levels")
