@@ -131,6 +131,20 @@ def test_lights_given_up_are_told_from_those_asked_about_wrongly(cache: Path) ->
     }
 
 
+def test_the_seed_of_glass_is_not_charged_with_a_mirror(cache: Path) -> None:
+    """What glass is surrounded by mirrors as well: by Fresnel, of which the direction is wrong."""
+    files = solution()
+    old = "vector_normalized(vector_float_mul(-1.f, in->dir));\n        k ="
+    assert files["raytracer.c"].count(old) == 1
+    files["raytracer.c"] = files["raytracer.c"].replace(old, "in->dir;\n        k =")
+    judged = judge(files, cache, None, "tp5.fresnel_use.mirror or tp5.glass_color.seed")
+    outcomes = {name: each.outcome for name, each in judged.items()}
+    assert outcomes == {
+        "tp5.fresnel_use.mirror": Outcome.FAILED,
+        "tp5.glass_color.seed": Outcome.PASSED,
+    }
+
+
 def test_a_tree_of_ten_cuts_is_right(cache: Path) -> None:
     """It stops by its depth alone, as the handout says, however many spheres coincide."""
     (case,) = (each for each in cases.load() if each.id == "octree_of_ten_levels")
