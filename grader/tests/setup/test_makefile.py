@@ -46,8 +46,8 @@ def checkout(open_folder: Path) -> Path:
 
 
 def listing(folder: Path) -> list[str]:
-    """Name everything below a folder."""
-    return sorted(str(path) for path in folder.rglob("*"))
+    """Name everything below a folder, but for what Python compiles."""
+    return sorted(str(path) for path in folder.rglob("*") if "__pycache__" not in path.parts)
 
 
 # A project of a few lines, with the real Makefile and scripts: quick to build again and again.

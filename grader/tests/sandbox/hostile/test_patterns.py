@@ -97,7 +97,7 @@ READERS: dict[str, tuple[int, Callable[[str], object]]] = {
 # Of text that is our own.
 OURS = {
     *("_SECONDS", "_LINEMARKER", "_DEFINE", "_EXPRESSION", "_IDENTIFIER", "_CHANGED", "_PRODUCT"),
-    *("_IMAGE", "_UNWRITABLE", "_SANE_NAME", "_ADVICE"),
+    *("_IMAGE", "_UNWRITABLE", "_SANE_NAME", "_ADVICE", "_SAID", "_KINDS"),
 }
 
 
