@@ -27,12 +27,20 @@ ARGUMENTS = [
 ]
 SECONDS = 120  # for anything to happen, on a loaded machine
 TRIES, STARTED_SECONDS = 4, 10  # for the first cell to begin
+# What the page has asked of a kernel that is idle so many times, so many seconds apart, is lost.
+LOOKS, LOOK_SECONDS = 3, 10
 CELL = ".jp-Notebook .jp-Cell"
 PROMPT = f"{CELL} .jp-InputPrompt"
 NOTEBOOK, SOURCE = "notebooks/en/TP2.ipynb", "core_c/raytracer.c"
 WIDE = {"width": 1400, "height": 1000}
 PICTURE = ".jp-OutputArea-output :is(img, .mrt-drawing)"
 DATA = "found.src || found.outerHTML"  # of a picture
+# The server's own word on the kernels.
+IS_IDLE = """async () => {
+    const data = JSON.parse(document.getElementById('jupyter-config-data').textContent);
+    const kernels = await (await fetch(`${data.baseUrl}api/kernels`)).json();
+    return kernels.length > 0 && kernels.every((each) => each.execution_state === 'idle');
+}"""
 LOCAL = ("http://127.0.0.1", "ws://127.0.0.1", "data:", "blob:")
 
 
@@ -115,7 +123,23 @@ class BrowserSession:
             raise ValueError(f"{path}: does not hold {old!r}")
         path.write_text(text.replace(old, new, 1), encoding="utf-8")
 
+    def open(self, address: str = "") -> None:
+        """Go to a page of the server, or to the same again; wait until its kernel is there."""
+        if address:
+            self.page.goto(address)
+        else:
+            self.page.reload()
+        self.page.wait_for_selector(CELL)
+        self.page.wait_for_selector(".jp-Notebook-ExecutionIndicator[data-status='idle']")
+
     def _run(self, cell: int, start: Callable[[], None], seconds: float = SECONDS) -> None:
+        """Run cells; once more, on the page opened again, what has never reached the kernel."""
+        if not self._has_run(cell, start, seconds):
+            self.open()
+            assert self._has_run(cell, start, seconds), "the kernel is idle"
+
+    def _has_run(self, cell: int, start: Callable[[], None], seconds: float) -> bool:
+        """Start cells; wait until that one has run, or its kernel has long had nothing to do."""
         from playwright.sync_api import TimeoutError as Lost
 
         before = self.page.locator(CELL).nth(cell).locator(".jp-InputPrompt").inner_text()
@@ -125,7 +149,16 @@ class BrowserSession:
             with contextlib.suppress(Lost):
                 self._wait_for_prompt(cell, "text !== old", before, STARTED_SECONDS)
                 break
-        self._wait_for_prompt(cell, "text !== old && /[0-9]/.test(text)", before, seconds)
+        has_run, idle = "text !== old && /[0-9]/.test(text)", 0
+        for left in range(int(seconds), 0, -LOOK_SECONDS):
+            with contextlib.suppress(Lost):
+                self._wait_for_prompt(cell, has_run, before, min(left, LOOK_SECONDS))
+                return True
+            idle = idle + 1 if self.page.evaluate(IS_IDLE) else 0
+            if idle == LOOKS:
+                return False
+        self._wait_for_prompt(cell, has_run, before, 1)
+        return True
 
     def _menu_run_all(self) -> None:
         self.page.click(f"{PROMPT} >> nth=0")
@@ -185,9 +218,7 @@ def session(
         page = browser.new_page(viewport=WIDE)
         page.set_default_timeout(SECONDS * 1000)
         made = BrowserSession(page, project, cells, _listen(page))
-        page.goto(address)
-        page.wait_for_selector(CELL)
-        page.wait_for_selector(".jp-Notebook-ExecutionIndicator[data-status='idle']")
+        made.open(address)
         yield made
 
 
