@@ -95,5 +95,6 @@ bool mrt_keep(void) {
     return false;
 }
 
-void mrt_renew(void) {}
+void mrt_renew(void) {
+}
 #endif
