@@ -158,6 +158,11 @@ def read_toml(path: Path) -> dict[str, Any]:
     return table
 
 
+def malformed(path: Path, error: Exception) -> ManifestError:
+    """Return the error of a table that lacks something, or has it in another form."""
+    return ManifestError(f"{path.name}: missing or malformed key: {error}")
+
+
 @cache
 def load(path: Path = MANIFEST) -> Manifest:
     """Read the manifest. Raises ManifestError."""
@@ -171,7 +176,7 @@ def load(path: Path = MANIFEST) -> Manifest:
             ungraded=tuple(files["ungraded"]),
         )
     except (KeyError, TypeError, ValueError) as error:
-        raise ManifestError(f"{path.name}: missing or malformed key: {error}") from error
+        raise malformed(path, error) from error
     _verify(manifest, path)
     return manifest
 

@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from grader.course.exercises import PACKAGE, ManifestError, read_toml
+from grader.course.exercises import PACKAGE, malformed, read_toml
 
 TABLE = PACKAGE / "course" / "scenes.toml"
 
@@ -37,7 +37,7 @@ def load(path: Path = TABLE) -> Mapping[int, SceneRules]:
         groups = data["stages"]
         return {int(number): _scene(row, groups) for number, row in data["scene"].items()}
     except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise ManifestError(f"{path.name}: missing or malformed key: {error}") from error
+        raise malformed(path, error) from error
 
 
 def _scene(row: Mapping[str, Any], groups: Mapping[str, list[str]]) -> SceneRules:

@@ -18,7 +18,7 @@ from pathlib import Path
 from grader.authoring.oral.tokens import CLOSING, FunctionTokens, Token, closing, functions, tokens
 from grader.authoring.specimens import mistakes, patches
 from grader.authoring.specimens.mistakes import Mistake
-from grader.course.exercises import ManifestError, read_toml
+from grader.course.exercises import ManifestError, malformed, read_toml
 
 FORMS = Path(__file__).parent / "forms.toml"
 LEAST = 3  # tokens of a context, one of them a word that is not free; or so many:
@@ -76,7 +76,7 @@ def forms() -> dict[str, list[tuple[str, str]]]:
     try:
         found = {name: [(old, new) for old, new in rows] for name, rows in table["form"].items()}
     except (KeyError, TypeError, ValueError) as error:
-        raise ManifestError(f"{FORMS.name}: missing or malformed key: {error}") from error
+        raise malformed(FORMS, error) from error
     if unknown := sorted(set(found) - known):
         raise ManifestError(f"{FORMS.name}: {unknown[0]} is no known mistake")
     return found

@@ -28,7 +28,7 @@ from grader.authoring.proof.mutants_family import opened
 from grader.authoring.proof.mutants_judging import caught_late, caught_soon
 from grader.authoring.proof.mutants_same import answers_of, is_same
 from grader.authoring.specimens.wrong import FOLDER as MISTAKES
-from grader.course.exercises import ROOT, ManifestError, read_toml
+from grader.course.exercises import ROOT, malformed, read_toml
 from grader.files import write_whole
 
 KEPT = ROOT / "build" / "prove" / "mutants"
@@ -145,7 +145,7 @@ def read_reasons(path: Path = REASONS) -> dict[tuple[str, str, str, str], str]:
             for row in rows
         }
     except (KeyError, TypeError) as error:
-        raise ManifestError(f"{path.name}: missing or malformed key: {error}") from error
+        raise malformed(path, error) from error
 
 
 def _reasoned(verdict: Verdict, reasons: dict[tuple[str, str, str, str], str]) -> Verdict:

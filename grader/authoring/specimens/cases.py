@@ -13,7 +13,7 @@ from pathlib import Path
 
 from grader.authoring.specimens import patches
 from grader.authoring.specimens.shares import Range, span
-from grader.course.exercises import ManifestError, read_toml
+from grader.course.exercises import malformed, read_toml
 from grader.intake.originals import REFERENCE
 from grader.intake.records import Submission
 
@@ -56,4 +56,4 @@ def load(path: Path = FOLDER / "cases.toml") -> tuple[Case, ...]:
             for name, row in read_toml(path)["case"].items()
         )
     except (KeyError, TypeError, ValueError) as error:
-        raise ManifestError(f"{path.name}: missing or malformed key: {error}") from error
+        raise malformed(path, error) from error

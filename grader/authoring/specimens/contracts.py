@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any
 
 from grader.authoring.specimens.edits import FunctionEdit
-from grader.authoring.specimens.wrong import FOLDER, malformed, tables
-from grader.course.exercises import CORE
+from grader.authoring.specimens.wrong import FOLDER, tables
+from grader.course.exercises import CORE, malformed
 
 HEADER = CORE / "exercises.h"
 SAYS = "says"  # of a sentence that nothing can break: a title, an argument, a promise of the caller

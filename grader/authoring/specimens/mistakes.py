@@ -13,9 +13,9 @@ from grader.authoring.skeleton.skeleton import find_regions
 from grader.authoring.specimens import patches
 from grader.authoring.specimens.edits import FunctionEdit
 from grader.authoring.specimens.shares import Range, span
-from grader.authoring.specimens.wrong import FOLDER, WORTH, malformed, tables
+from grader.authoring.specimens.wrong import FOLDER, WORTH, tables
 from grader.course import exercises
-from grader.course.exercises import EXPECTED, read_toml
+from grader.course.exercises import EXPECTED, malformed, read_toml
 from grader.evaluation import recognition
 from grader.intake.originals import REFERENCE
 from grader.intake.records import Submission

@@ -10,7 +10,7 @@ from functools import cache
 from pathlib import Path
 
 from grader.authoring.specimens.edits import FunctionEdit
-from grader.course.exercises import ManifestError, read_toml
+from grader.course.exercises import malformed, read_toml
 from grader.intake.originals import REFERENCE
 
 TABLE = REFERENCE / "slips.toml"
@@ -38,4 +38,4 @@ def load(path: Path = TABLE) -> tuple[Slip, ...]:
             for name, row in rows.items()
         )
     except (TypeError, AttributeError) as error:
-        raise ManifestError(f"{path.name}: missing or malformed key: {error}") from error
+        raise malformed(path, error) from error

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from grader.authoring.specimens import patches
 from grader.course import exercises
-from grader.course.exercises import ManifestError, read_toml
+from grader.course.exercises import malformed, read_toml
 from grader.intake.records import Submission
 
 FOLDER = exercises.ROOT / "reference" / "variants"
@@ -61,4 +61,4 @@ def load(path: Path = FOLDER / "variants.toml") -> tuple[Variant, ...]:
             for name, row in read_toml(path)["variant"].items()
         )
     except (KeyError, TypeError) as error:
-        raise ManifestError(f"{path.name}: missing or malformed key: {error}") from error
+        raise malformed(path, error) from error

@@ -23,8 +23,3 @@ def tables(folder: Path) -> Iterator[tuple[str, Path, dict[str, Any]]]:
     for name in ids:
         if name in found:
             yield name, found[name], read_toml(found[name])
-
-
-def malformed(path: Path, error: Exception) -> ManifestError:
-    """Return the error of a file that lacks something."""
-    return ManifestError(f"{path.name}: missing or malformed key: {error}")
