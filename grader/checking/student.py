@@ -161,22 +161,19 @@ class Student:
         """Have something done at which several checks look: once for all, where that will do."""
         if not self._is_lent:
             return act(self)
-        key = (self.folder, what)
-        if key not in self._libraries.kept:
-            first = Student(self._libraries, self.folder, self._own, is_lent=True)
-            try:
-                self._libraries.kept[key] = first, act(first)
-            finally:
-                self._left_by(first)
-        first, found = self._libraries.kept[key]
-        self._left_by(first)
-        done: T = found
-        return done
-
-    def _left_by(self, other: Student) -> None:
-        """Note what the sessions of another check of this submission have left."""
-        self.has_inputs = self.has_inputs or other.has_inputs
-        self._add(other.todo, other.output, other.acts)
+        kept, key = self._libraries.kept, (self.folder, what)
+        first = (
+            kept[key][0]
+            if key in kept
+            else Student(self._libraries, self.folder, self._own, is_lent=True)
+        )
+        try:
+            found: T = kept[key][1] if key in kept else act(first)
+            kept[key] = first, found
+            return found
+        finally:
+            self.has_inputs = self.has_inputs or first.has_inputs
+            self._add(first.todo, first.output, first.acts)
 
     def _add(self, todo: frozenset[str], output: str, acts: list[Act]) -> None:
         """Note what a session has left."""

@@ -121,7 +121,7 @@ class SessionSocket:
         """Have everything be as before the first request, from the next one on."""
         self._requests.clear()
         self._variables.clear()
-        self.printed_since()
+        self._forget_words()
         os.pwrite(self._files[2].fileno(), self._first_page, 0)
         self._requests.append(frames.frame({"do": "renew"}))
 
@@ -219,9 +219,12 @@ class SessionSocket:
     def printed_since(self) -> str:
         """Return `output`, and forget it: the next time, only what is new comes."""
         text = self.output()
+        self._forget_words()
+        return text
+
+    def _forget_words(self) -> None:
         for each in self._files[:2]:
             os.ftruncate(each.fileno(), 0)  # they are written at their end, wherever that is
-        return text
 
     def interrupt(self) -> Death:
         """End the session now, whatever it does; return where it was."""

@@ -27,19 +27,18 @@ ARGUMENTS = [
 ]
 SECONDS = 120  # for anything to happen, on a loaded machine
 TRIES, STARTED_SECONDS = 4, 10  # for the first cell to begin
-# What the page has asked of a kernel that is idle so many times, so many seconds apart, is lost.
-LOOKS, LOOK_SECONDS = 3, 10
+LOST_SECONDS = 30  # without a word from the kernel: what the page has asked has not reached it
 CELL = ".jp-Notebook .jp-Cell"
 PROMPT = f"{CELL} .jp-InputPrompt"
 NOTEBOOK, SOURCE = "notebooks/en/TP2.ipynb", "core_c/raytracer.c"
 WIDE = {"width": 1400, "height": 1000}
 PICTURE = ".jp-OutputArea-output :is(img, .mrt-drawing)"
 DATA = "found.src || found.outerHTML"  # of a picture
-# The server's own word on the kernels.
-IS_IDLE = """async () => {
+# When the server has last heard of its kernels.
+HEARD = """async () => {
     const data = JSON.parse(document.getElementById('jupyter-config-data').textContent);
     const kernels = await (await fetch(`${data.baseUrl}api/kernels`)).json();
-    return kernels.length > 0 && kernels.every((each) => each.execution_state === 'idle');
+    return kernels.map((each) => each.last_activity).join();
 }"""
 LOCAL = ("http://127.0.0.1", "ws://127.0.0.1", "data:", "blob:")
 
@@ -123,25 +122,23 @@ class BrowserSession:
             raise ValueError(f"{path}: does not hold {old!r}")
         path.write_text(text.replace(old, new, 1), encoding="utf-8")
 
-    def open(self, address: str = "") -> None:
-        """Go to a page of the server, or to the same again; wait until its kernel is there."""
-        if address:
-            self.page.goto(address)
-        else:
-            self.page.reload()
+    def open(self, address: str) -> None:
+        """Go to a page of the server; wait until its kernel is there."""
+        self.page.goto(address)
         self.page.wait_for_selector(CELL)
         self.page.wait_for_selector(".jp-Notebook-ExecutionIndicator[data-status='idle']")
 
     def _run(self, cell: int, start: Callable[[], None], seconds: float = SECONDS) -> None:
         """Run cells; once more, on the page opened again, what has never reached the kernel."""
         if not self._has_run(cell, start, seconds):
-            self.open()
-            assert self._has_run(cell, start, seconds), "the kernel is idle"
+            self.open(self.page.url)
+            assert self._has_run(cell, start, seconds), "the kernel hears nothing"
 
     def _has_run(self, cell: int, start: Callable[[], None], seconds: float) -> bool:
-        """Start cells; wait until that one has run, or its kernel has long had nothing to do."""
+        """Start cells; wait until that one has run, or its kernel has clearly heard of none."""
         from playwright.sync_api import TimeoutError as Lost
 
+        heard = self.page.evaluate(HEARD)
         before = self.page.locator(CELL).nth(cell).locator(".jp-InputPrompt").inner_text()
         for _ in range(TRIES):
             start()
@@ -149,15 +146,13 @@ class BrowserSession:
             with contextlib.suppress(Lost):
                 self._wait_for_prompt(cell, "text !== old", before, STARTED_SECONDS)
                 break
-        has_run, idle = "text !== old && /[0-9]/.test(text)", 0
-        for left in range(int(seconds), 0, -LOOK_SECONDS):
-            with contextlib.suppress(Lost):
-                self._wait_for_prompt(cell, has_run, before, min(left, LOOK_SECONDS))
-                return True
-            idle = idle + 1 if self.page.evaluate(IS_IDLE) else 0
-            if idle == LOOKS:
-                return False
-        self._wait_for_prompt(cell, has_run, before, 1)
+        has_run = "text !== old && /[0-9]/.test(text)"
+        with contextlib.suppress(Lost):
+            self._wait_for_prompt(cell, has_run, before, LOST_SECONDS)
+            return True
+        if self.page.evaluate(HEARD) == heard:
+            return False
+        self._wait_for_prompt(cell, has_run, before, seconds)
         return True
 
     def _menu_run_all(self) -> None:
