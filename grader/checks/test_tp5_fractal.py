@@ -55,6 +55,23 @@ def note_family(student: Student, batch: Batch, k: int, spheres: Array) -> None:
     student.observations.note("family", got, far(got, right, batch.tolerance), batch.tolerance)
 
 
+def families(student: Student) -> list[tuple[Batch, int, Array, str]]:
+    """Return the calls that made children. Raises Wrong when fewer than half of those asked did.
+
+    How many spheres there are is asked by the count alone.
+    """
+    asked = [each for each in scenes(student) if each[0].args["depth"][each[1]]]
+    made = [each for each in asked if len(each[2]) > CHILDREN]
+    if len(made) < len(asked) / 2:
+        batch, k, spheres, text = next(each for each in asked if len(each[2]) <= CHILDREN)
+        values = {"call": text, "got": len(spheres), "expected": CHILDREN + 1}
+        raise Wrong("failure.spheres", **values).showing(evidence(batch, k, CHILDREN + 1))
+    return made
+
+
+CHILDREN = 3  # of a sphere
+
+
 def family(spheres: Array, tolerance: float) -> tuple[Array, Array]:
     """Return, for each sphere after the first, its parent's number and its distance to touching.
 
@@ -92,25 +109,16 @@ PLACES = 0.3  # of the spheres: many in one place are no fractal
 @pytest.mark.check("tp5.populate_spheres.tangency")
 def test_populate_spheres_tangency(student: Student) -> None:
     """Each child has a quarter of its parent's radius, and touches it."""
-    for batch, k, spheres, text in scenes(student):
-        if batch.args["depth"][k] and len(spheres) < 4:
-            wrong = Wrong("failure.spheres", call=text, got=len(spheres), expected=4)
-            raise wrong.showing(evidence(batch, k, 4))
-        if len(spheres) > 1:
-            _, gap = family(spheres, batch.tolerance)
-            for each in np.flatnonzero(~(gap <= 10 * batch.tolerance)):
-                raise Wrong("failure.apart", call=text, sphere=value(spheres[each + 1]))
+    for batch, _, spheres, text in families(student):
+        _, gap = family(spheres, batch.tolerance)
+        for each in np.flatnonzero(~(gap <= 10 * batch.tolerance)):
+            raise Wrong("failure.apart", call=text, sphere=value(spheres[each + 1]))
 
 
 @pytest.mark.check("tp5.populate_spheres.hemisphere")
 def test_populate_spheres_hemisphere(student: Student) -> None:
     """The children stand above their parent, in three directions."""
-    for batch, k, spheres, text in scenes(student):
-        if not int(batch.args["depth"][k]):
-            continue
-        if len(spheres) < 4:
-            wrong = Wrong("failure.spheres", call=text, got=len(spheres), expected=4)
-            raise wrong.showing(evidence(batch, k, 4))
+    for batch, k, spheres, text in families(student):
         parents, gap = family(spheres, batch.tolerance)
         if gap.max() > 10 * batch.tolerance:  # whose child is whose is not known, but of the first
             if len(spheres) > 4:

@@ -32,6 +32,13 @@ IDEAS = {
         *("shade(it->normal, v, l,", f"shade({SIDE}, v, l,"),
         *("tp3.direct_light", {"behind"}),
     ),
+    "spheres counted from one call to the next": (
+        *(
+            "if (!add_object(init_sphere(",
+            "static int made;\n    if (++made > 40 || !add_object(init_sphere(",
+        ),
+        *("tp5.populate_spheres", {"count", "full"}),
+    ),
 }
 
 # By function: a body that computes nothing of what is asked, and the checks that fail with it.
