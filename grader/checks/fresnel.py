@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from grader.checking.comparison import far
-from grader.checking.expected_data import Array, Batch
+from grader.checking.expected_data import Answer, Array, Batch
 from grader.checking.observations import Observations
 from grader.checking.student import Bench, CallDied, Student, Wrong
 from grader.checks.common import check_results, check_stages, with_options
@@ -30,6 +30,7 @@ HALVINGS = 20
 LEAST = 0.01  # of a colour: what ks must change in it for the coefficient to be seen
 FEW = 0.05  # of the calls in which it must be seen; a lobe that is wrong may be narrow
 ROOM = 1000.0  # radius of a white ball around everything, which is what mirrors show
+LENGTHS = (2.0, 0.5, 0.25, 3.0)  # of directions that are not unit
 SKY = np.array([0.2, 0.2, 0.6], np.float32)
 
 
@@ -171,6 +172,26 @@ def _in_mirror(student: Student, bench: Bench) -> bool:
         low, high = np.where(above, low, middle), np.where(above, middle, high)
     follows = ~far(slope * low, slope * result / SKY, calls.tolerance)
     return bool(seen.mean() > FEW and follows[seen].all())
+
+
+def expect_any_length(student: Student) -> None:
+    """Raise Wrong unless rays that arrive from one direction give the same colour, long or short.
+
+    By the submission's own colours: what is wrong in them is asked about elsewhere.
+    """
+    (calls,) = student.batches("fresnel_use.mirror")
+    with student.bench() as bench:
+        own = Answer(bench.trial(calls).got("result"), calls.answers[0].out)
+        bench.trial(replace(_lengthened(calls), answers=(own,))).expect("result")
+
+
+def _lengthened(calls: Batch) -> Batch:
+    """Return the calls with rays whose directions are not unit."""
+    rays = calls.args["in"].copy()
+    factors = np.resize(np.float32(LENGTHS), calls.count)
+    rays["dir"] *= factors[:, None]
+    rays["tmax"] /= factors
+    return replace(calls, args={**calls.args, "in": rays})
 
 
 def _without(bench: Bench, calls: Batch, **changed: Array) -> Array:

@@ -22,8 +22,8 @@ from grader.intake.header_numbers import header_number
 
 # Of the tests that going through the whole list would take: what a tree of any use stays below.
 FEW = 0.5
-# Of the hits: what a tree with a mistake in it still finds.
-MOST = 0.5
+# Of the hits: what a tree with a mistake in it still finds, objects in one of their boxes only.
+SOME = 0.25
 ASIDE = 200  # objects where no ray comes
 
 
@@ -150,9 +150,9 @@ def test_octree_fewer_tests(student: Student) -> None:
     trial, tests, steps = counted(student, crowd)
     assert crowd.answers[0].result is not None
     right = crowd.answers[0].out["it"]["position"]
-    if far(trial.got("it.position"), right, crowd.tolerance).mean() > 1 - MOST:
+    if far(trial.got("it.position"), right, crowd.tolerance).mean() > 1 - SOME:
         trial.expect("result", "it.position")
-    if tests < MOST * rays:  # each of them hits something, which takes a test
+    if tests < SOME * rays:  # each of them hits something, which takes a test
         raise Wrong("failure.uncounted", rays=rays, tests=tests)
     if tests > FEW * rays * objects:
         most = number(FEW * objects)

@@ -37,6 +37,12 @@ def test_fresnel_use_mirror(student: Student) -> None:
             raise
 
 
+@pytest.mark.check("tp5.fresnel_use.unit")
+def test_fresnel_use_unit(student: Student) -> None:
+    """The direction of the ray that arrives may have any length: the coefficient is the same."""
+    fresnel.expect_any_length(student)
+
+
 # ---- TP5.3: pixel_color -------------------------------------------------------------------------
 
 # Shares of the difference between two colours: what is seen of a sample, and of nothing at all.

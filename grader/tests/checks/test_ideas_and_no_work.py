@@ -32,6 +32,11 @@ IDEAS = {
         *("shade(it->normal, v, l,", f"shade({SIDE}, v, l,"),
         *("tp3.direct_light", {"behind"}),
     ),
+    "Fresnel in the mirror by a direction that is not unit": (
+        "vec3 v = vector_normalized(vector_float_mul(-1.f, in->dir));\n        k =",
+        "vec3 v = vector_float_mul(-1.f, in->dir);\n        k =",
+        *("tp5.fresnel_use", {"unit"}),
+    ),
     "spheres counted from one call to the next": (
         *(
             "if (!add_object(init_sphere(",

@@ -199,7 +199,7 @@ def test_functions_in_another_file_and_in_cxx_are_replaced_too(cache: Path) -> N
     assert nearest.note == "Points earned: your function is right, the mistake is in TP2.4."
 
 
-LOBE, MIRROR = "tp5.fresnel_use.lobe", "tp5.fresnel_use.mirror"
+LOBE, MIRROR, UNIT = (f"tp5.fresnel_use.{each}" for each in ("lobe", "mirror", "unit"))
 
 
 # The last two have nothing right without Fresnel, and look at all there is.
@@ -213,22 +213,23 @@ def test_fresnel_is_judged_in_a_function_that_is_wrong_without_it(wrong: str, ca
     assert {name: each.outcome.value for name, each in found.items()} == {
         LOBE: "passed",
         MIRROR: "passed",
+        UNIT: "passed",
     }
 
 
 @pytest.mark.parametrize(
-    ("wrong", "use", "check"),
+    ("wrong", "use", "checks"),
     [
-        ("shade_pi_forgotten", "fresnel_lobe_times_ks", LOBE),
-        ("mirror_twice", "fresnel_mirror_direction", MIRROR),
+        ("shade_pi_forgotten", "fresnel_lobe_times_ks", {LOBE}),
+        ("mirror_twice", "fresnel_mirror_direction", {MIRROR, UNIT}),
     ],
 )
 def test_what_is_wrong_with_fresnel_as_well_is_not_forgiven(
-    wrong: str, use: str, check: str, cache: Path
+    wrong: str, use: str, checks: set[str], cache: Path
 ) -> None:
     """Two mistakes in one function."""
     found = judge(both(wrong, use), cache, 5, "fresnel_use")
-    assert {name for name, each in found.items() if each.outcome.value != "passed"} == {check}
+    assert {name for name, each in found.items() if each.outcome.value != "passed"} == checks
 
 
 SCHLICK = "options.fresnel ? fresnel_schlick({mat}kr, {n}, {v}) : {mat}ks"
@@ -259,6 +260,7 @@ def test_the_coefficient_alone_is_no_fresnel(junk: str, cache: Path) -> None:
     assert {name: (each.outcome.value, each.points) for name, each in found.items()} == {
         LOBE: ("failed", 0),
         MIRROR: ("failed", 0),
+        UNIT: ("failed", 0),
     }
 
 
