@@ -188,7 +188,7 @@ def expect_any_length(student: Student) -> None:
 def _lengthened(calls: Batch) -> Batch:
     """Return the calls with rays whose directions are not unit."""
     rays = calls.args["in"].copy()
-    factors = np.resize(np.float32(LENGTHS), calls.count)
+    factors = np.resize(np.array(LENGTHS, np.float32), calls.count)
     rays["dir"] *= factors[:, None]
     rays["tmax"] /= factors
     return replace(calls, args={**calls.args, "in": rays})
