@@ -59,14 +59,20 @@ def gradients(size: Size, c1: Point, c2: Point) -> list[Image]:
     return [each.astype(np.float32) for each in pictures]
 
 
-def rectangle(size: Size, p1: Point, p2: Point) -> PixelRegion:
-    """Return where a rectangle is: corners truncated or not, upper sides included or not."""
+def rectangle(
+    size: Size, p1: Point, p2: Point, upper_sides: Sequence[bool] = (True, False)
+) -> PixelRegion:
+    """Return where a rectangle is: corners truncated or not, upper sides included or not.
+
+    `upper_sides` says of which of the two it may be.
+    """
     j, i = _rows_and_columns(size)
     masks = []
     for corners in np.array([(p1, p2)]), np.trunc([(p1, p2)]):
         (left, bottom, _), (right, top, _) = corners[0].min(axis=0), corners[0].max(axis=0)
         lower = (left <= i) & (bottom <= j)
-        masks += [lower & (i <= right) & (j <= top), lower & (i < right) & (j < top)]
+        ways = {True: (i <= right) & (j <= top), False: (i < right) & (j < top)}
+        masks += [lower & ways[each] for each in upper_sides]
     return _agreement(masks)
 
 

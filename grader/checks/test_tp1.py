@@ -140,9 +140,24 @@ def test_fill_rect_inside(student: Student) -> None:
             (w * a // 2, h * b // 2, w // 2 + w * c // 2, h // 2 + h * d // 2)
             for a, b, c, d in random_numbers(5, 3, 4)
         ]
-        return [(10, 20, 30, 40), *corners, (10.7, 20.3, 30.9, 40.2), (5, 5, 5, 5)]
+        return [(10, 20, 30, 40), *corners, (5, 5, 5, 5)]
 
     check_boxes(student, cases)
+
+
+@pytest.mark.check("tp1.fill_rect.fractions")
+def test_fill_rect_fractions(student: Student) -> None:
+    """Corners between pixels count by their whole parts, each by its own."""
+    boxes = [(10.7, 20.6, 30.2, 40.3), (10.2, 20.3, 30.9, 40.8), (5.8, 7.6, 6.1, 8.1)]
+    for canvas in canvases(student):
+        whole = canvas.draw("fill_rect", canvas.noise(), c=YELLOW, p1=(10, 20, 0), p2=(30, 40, 0))
+        # Upper sides may be left out, but then of every rectangle.
+        has_sides = bool((whole.after[40, 30] == YELLOW).all())
+        for x1, y1, x2, y2 in boxes:
+            p1, p2 = (x1, y1, 0), (x2, y2, 0)
+            drawing = canvas.draw("fill_rect", canvas.noise(), c=YELLOW, p1=p1, p2=p2)
+            region = shapes.rectangle(canvas.size, p1, p2, [has_sides])
+            drawing.expect_region(YELLOW, region)
 
 
 @pytest.mark.check("tp1.fill_rect.corner_order")

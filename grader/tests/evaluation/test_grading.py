@@ -227,7 +227,7 @@ def test_an_exercise_is_as_good_as_its_worst_check() -> None:
     """Its points are the sum, its outcome the worst; exercises without findings are not there."""
     findings = [finding(INSIDE, Outcome.PASSED), finding("tp1.fill_rect.clipped", Outcome.TIMEOUT)]
     _, (exercise,) = grade(findings, RULES, TEXTS)
-    assert (exercise.id, exercise.outcome, exercise.points) == ("TP1.4", Outcome.TIMEOUT, 160)
+    assert (exercise.id, exercise.outcome, exercise.points) == ("TP1.4", Outcome.TIMEOUT, 120)
 
 
 def test_a_message_is_filled_with_its_values() -> None:
