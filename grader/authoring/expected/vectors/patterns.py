@@ -19,7 +19,8 @@ def recipes() -> list[Recipe]:
 def _checkers() -> list[Recipe]:
     return [
         Recipe(f"checker_color.{name}", partial(_cubes, *cells, name == "placed"), 1e-5, COPIED)
-        for name, cells in {"positive": (0, 6), "negative": (-6, 0), "placed": (-6, 6)}.items()
+        # Whether the sign counts is asked of `negative` alone.
+        for name, cells in {"positive": (0, 6), "negative": (-6, 0), "placed": (0, 9)}.items()
     ]
 
 

@@ -26,6 +26,7 @@ from grader.checking.expected_data import SIZE, Array, Batch
 
 EXACT_ENOUGH = 2e-4
 LIMIT = 10  # options.max_depth
+NEAR = 6e-3  # to what a ray meets: beyond any start of its range that keeps it off its own origin
 DIM = 0.95  # of a channel: not limited by who limits colours to 1
 COLOR = 2e-3
 COLOR_REASON = "float and double differ by less in the last bits of a direction times a lobe"
@@ -234,6 +235,7 @@ def _lit(m: Maker) -> list[Question]:
         rays = batch.args["r"].copy()
         first = m.ask(batch).answers[0].out["r"]["tmax"]
         turn = np.arange(len(rays)) % 5
+        rays["orig"][turn == 0] += (rays["dir"] * (first - NEAR)[:, None])[turn == 0]
         rays["depth"] = np.choose(turn, (0, 1, 0, 9, 2))
         rays["tmax"] = np.where(turn == 2, first * 0.7, 1000)
         batch = m.ask(Batch("trace_ray", {"r": rays}, lit(m, scene, octree=True)))
