@@ -16,9 +16,9 @@ import numpy as np
 
 from grader.checking import clues, describe, reproducer
 from grader.checking.expected_data import Answer, Array, Batch
+from grader.checking.looks import Look
 from grader.checking.observations import Observations
 from grader.checking.records import Evidence
-from grader.checking.reproducer import Look
 from grader.course.message import Message
 
 MATERIAL = (

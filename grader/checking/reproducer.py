@@ -8,15 +8,14 @@ text stands for that word in the student's language: see `told`.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from string import Template
 from typing import Any
 
 import numpy as np
 
 from grader.checking import c_literals
-from grader.checking.describe import value
 from grader.checking.expected_data import SIZE, Array, Batch, counted
+from grader.checking.looks import Look, aligned, printing, printing_of, sample_of, setting_before
 from grader.course.texts import Texts
 from grader.intake.header_numbers import header_number
 
@@ -43,20 +42,6 @@ int main(void) {{
 """
 
 
-@dataclass(frozen=True)
-class Look:
-    """What is printed after the call: a part of the answers, such as "result" or "it.normal".
-
-    `expected` is its right value, None when it cannot be said in a number. What was left in an
-    output parameter is set `before` the call where the student's function writes nothing there.
-    """
-
-    pick: str
-    expected: Any = None
-    before: Any = None
-    unit: bool = False  # only the direction counts
-
-
 def told(program: str, texts: Texts) -> str:
     """Return a program with its words in a language."""
     return Template(program).safe_substitute(expected=texts.get(EXPECTED))
@@ -78,7 +63,7 @@ def of_case(batch: Batch, case: int, hidden: Sequence[str], *looks: Look) -> str
     return _program(
         SIZE if batch.function in _CAMERA else None,
         [*writer.setting(batch.globals), *writer.arguments(batch, case, hidden)],
-        [*_before(looks), *writer.call(batch, looks)],
+        [*setting_before(looks), *writer.call(batch, looks)],
     )
 
 
@@ -98,7 +83,7 @@ def of_drawing(
     )
     fill = f"output_image[k] = {c_literals.vector(before)};"
     values = ", ".join(["output_image", *(c_literals.literal(each) for each in args)])
-    looks = _aligned([(_printing(f"pixel ({i}, {j})", "pixel", np.zeros(3)), expected)])
+    looks = aligned([(printing(f"pixel ({i}, {j})", "pixel", np.zeros(3)), expected)])
     return _program(
         size,
         [f"for (int k = 0; k < WIDTH * HEIGHT; k++) {{\n        {fill}\n    }}"],
@@ -112,8 +97,8 @@ def of_command(name: str, args: Sequence[Any], setting: Batch | None = None, *lo
     if len(settings.get("scene", ())) > MAX_OBJECTS:
         return ""
     call = f"{name}({', '.join(c_literals.literal(each) for each in args)});"
-    rows = [(_printing(each.pick, each.pick, each.expected), each.expected) for each in looks]
-    return _program(SIZE, [*_Writer("").setting(settings)], [call, *_aligned(rows)])
+    rows = [(printing(each.pick, each.pick, each.expected), each.expected) for each in looks]
+    return _program(SIZE, [*_Writer("").setting(settings)], [call, *aligned(rows)])
 
 
 def command_of(scene: int) -> str:
@@ -226,8 +211,8 @@ class _Writer:
         for each in looks:
             if each.unit:
                 yield f"vec3 direction = vector_normalized({each.pick});"
-        rows = [(_look(each, _sample(batch, each.pick)), each.expected) for each in looks]
-        yield from _aligned(rows)
+        rows = [(printing_of(each, sample_of(batch, each.pick)), each.expected) for each in looks]
+        yield from aligned(rows)
 
     def _intersection(self, name: str, item: Any) -> Iterator[str]:
         yield f"{name}.position = {c_literals.vector(item['position'])};"
@@ -254,53 +239,3 @@ class _Writer:
 
 def _is_looked_at(field: str, looks: Sequence[Look]) -> bool:
     return any(each.pick.endswith(f".{field}") for each in looks)
-
-
-# ---- Printing -----------------------------------------------------------------------------------
-
-
-def _before(looks: Sequence[Look]) -> Iterator[str]:
-    for each in looks:
-        if each.before is not None:
-            yield f"{each.pick} = {c_literals.literal(each.before)};"
-
-
-def _sample(batch: Batch, pick: str) -> Any:
-    """Return an item of the type that a part of the answers has."""
-    name, *fields = pick.split(".")
-    if name == "result":
-        assert batch.answers[0].result is not None
-        return batch.answers[0].result[0]
-    item: Any = batch.args[name][0]
-    for field in fields:
-        item = item[field]
-    return item
-
-
-def _look(look: Look, sample: Any) -> str:
-    pick = "direction" if look.unit else look.pick
-    return _printing(pick, pick, sample)
-
-
-def _printing(name: str, expression: str, sample: Any) -> str:
-    """Return the statement that prints an expression of the sample's type."""
-    array = np.asarray(sample)
-    if array.ndim:
-        marks = ", ".join(["%g"] * array.size)
-        if expression.endswith("user"):
-            parts = ", ".join(f"{expression}[{k}]" for k in range(array.size))
-        else:
-            parts = ", ".join(f"{expression}.{each}" for each in "xyz")
-        return f'printf("{name} = ({marks})\\n", {parts});'
-    if array.dtype.kind == "b":
-        return f'printf("{name} = %s\\n", {expression} ? "true" : "false");'
-    mark = {"i": "%d", "u": "%u"}.get(array.dtype.kind, "%g")
-    return f'printf("{name} = {mark}\\n", {expression});'
-
-
-def _aligned(rows: Sequence[tuple[str, Any]]) -> Iterator[str]:
-    """Yield statements with what is expected behind them, in one column."""
-    width = max((len(statement) for statement, expected in rows if expected is not None), default=0)
-    for statement, expected in rows:
-        comment = "" if expected is None else f" /* $expected {value(expected)} */"
-        yield f"{statement.ljust(width)}{comment}" if comment else statement

@@ -16,10 +16,11 @@ import numpy as np
 from grader.checking.comparison import far
 from grader.checking.describe import pair
 from grader.checking.expected_data import SIZE, Array, Batch
+from grader.checking.looks import Look
 from grader.checking.observations import Observations
 from grader.checking.pictures import views, whole
 from grader.checking.records import Evidence
-from grader.checking.reproducer import Look, of_command
+from grader.checking.reproducer import of_command
 from grader.checking.shapes import Image
 from grader.checking.student import Bench, CallDied, Student, Wrong, without_answers
 from grader.course.message import Message

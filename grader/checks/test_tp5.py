@@ -8,8 +8,9 @@ import pytest
 from grader.checking.comparison import far
 from grader.checking.describe import pair, setting
 from grader.checking.expected_data import SIZE, Batch
+from grader.checking.looks import Look
 from grader.checking.records import Evidence
-from grader.checking.reproducer import Look, of_command
+from grader.checking.reproducer import of_command
 from grader.checking.student import Bench, Student, Wrong
 from grader.checks import fresnel
 from grader.checks.common import check_results

@@ -8,8 +8,9 @@ import pytest
 from grader.checking.comparison import far, unit
 from grader.checking.describe import call, pair, value
 from grader.checking.expected_data import Array, Batch
+from grader.checking.looks import Look
 from grader.checking.records import Evidence
-from grader.checking.reproducer import Look, of_command
+from grader.checking.reproducer import of_command
 from grader.checking.student import Bench, Student, Wrong, without_answers
 
 # ---- TP5.B2: populate_spheres -------------------------------------------------------------------

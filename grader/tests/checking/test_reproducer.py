@@ -18,7 +18,7 @@ import pytest
 from grader.authoring.proof.solver import stub
 from grader.checking import c_literals, reproducer
 from grader.checking.expected_data import Answer, Batch
-from grader.checking.reproducer import Look
+from grader.checking.looks import Look
 from grader.course.exercises import CORE, ROOT
 from grader.course.texts import Texts
 from grader.tests.support.outputs import outputs
