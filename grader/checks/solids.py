@@ -133,6 +133,18 @@ def check_scaled(student: Student, suite: str) -> None:
     )
 
 
+def check_nearest(student: Student, suite: str) -> None:
+    """Compare the nearest hits in scenes, all of them: one ray alone names no mistake."""
+    first: Wrong | None = None
+    for trial in student.trials(suite):
+        try:
+            trial.expect("r.tmax", "it.position", "it.mat.kd")
+        except Wrong as wrong:
+            first = first or wrong
+    if first:
+        raise first
+
+
 def check_range_and_scale(student: Student, ranges: str, scaled: str) -> None:
     """Compare which rays hit by their range, and what t is where directions are not unit."""
     check_range(student, ranges)
