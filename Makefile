@@ -4,7 +4,7 @@
 # Paths here are relative, and values travel by the environment, so that this works from any folder.
 
 .DEFAULT_GOAL := help
-.PHONY: help grade report watch mrt try debug restore lab submit update release classroom gradescope vpl batch alike purge oral notebooks figures expected new calibrate prove skeleton format lint test test-all bench doctor image wheelhouse print-flags clean
+.PHONY: help grade report watch mrt try debug restore lab submit update release classroom gradescope vpl batch alike purge oral notebooks figures expected new calibrate prove skeleton format lint test test-all test-exhaustive bench doctor image wheelhouse print-flags clean
 
 SUBMISSION ?= core_c
 SRC ?= core_c
@@ -141,6 +141,9 @@ test: ##
 	@$(MAKE) --no-print-directory -j 2 lint suite
 
 test-all: test ##
+	@$(call PYTHON_OF,dev) && set -x && $(PYTEST) -m "long and not exhaustive"
+
+test-exhaustive: test-all ##
 	@$(call PYTHON_OF,dev) && set -x && $(PYTEST) -m exhaustive
 
 # The generated files are those of their sources; the tests, side by side, one more at a time than there are cores

@@ -64,16 +64,17 @@ def rectangle(
 ) -> PixelRegion:
     """Return where a rectangle is: corners truncated or not, upper sides included or not.
 
-    `upper_sides` says of which of the two it may be.
+    `upper_sides` says of which of the two it may be. The lower corner may be truncated and the
+    upper one not: a loop on ints that begins at the one and compares with the other does so.
     """
     j, i = _rows_and_columns(size)
-    masks = []
-    for corners in np.array([(p1, p2)]), np.trunc([(p1, p2)]):
-        (left, bottom, _), (right, top, _) = corners[0].min(axis=0), corners[0].max(axis=0)
-        lower = (left <= i) & (bottom <= j)
+    low, high = np.minimum(p1, p2), np.maximum(p1, p2)
+    lowers = [(left <= i) & (bottom <= j) for left, bottom, _ in (low, np.trunc(low))]
+    uppers = []
+    for right, top, _ in (high, np.trunc(high)):
         ways = {True: (i <= right) & (j <= top), False: (i < right) & (j < top)}
-        masks += [lower & ways[each] for each in upper_sides]
-    return _agreement(masks)
+        uppers += [ways[each] for each in upper_sides]
+    return _agreement([lower & upper for lower in lowers for upper in uppers])
 
 
 def disc(size: Size, radius: float, center: Point, *, strict: bool = False) -> PixelRegion:

@@ -58,3 +58,9 @@ def test_no_package_imports_a_later_one() -> None:
         if other not in (own, "__version__") and RANK.get(other, last) >= RANK[own]
     }
     assert up == set()
+
+
+def test_a_module_can_be_read_at_one_sitting() -> None:
+    """It has 300 lines at most."""
+    lengths = {path: len(path.read_text(encoding="utf-8").splitlines()) for path, _ in modules()}
+    assert {path for path, lines in lengths.items() if lines > 300} == set()

@@ -109,6 +109,7 @@ def usual() -> list[sharing.Program]:
     return [*command.usual_ways()]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["sim_c", "copydetect"])
 def test_six_copies_stand_before_every_honest_pair(name: str, usual: list[sharing.Program]) -> None:
     """In a class of 40 made of six writings of each function: honest pairs have up to three."""
@@ -173,6 +174,7 @@ def alike(*words: str, language: str = "fr") -> tuple[int, str, str]:
     return done.returncode, done.stdout, done.stderr
 
 
+@pytest.mark.long
 def test_a_class_is_listed_under_pseudonyms_that_the_class_page_has(tmp_path: Path) -> None:
     """Names only when asked for; another year's too; not those who have signed together."""
     tool("sim_c")

@@ -35,7 +35,7 @@ def test_every_patch_has_an_entry() -> None:
         assert each.about, each.id
 
 
-@pytest.mark.parametrize("name", sampled(CASES, SAMPLE))
+@pytest.mark.parametrize("name", sampled(CASES, SAMPLE, ["lights_clamped_in_loop", "pi_3_14"]))
 def test_a_program_from_outside_has_a_fair_mark(name: str, cache: Path) -> None:
     """It loses where it is wrong, what a teacher takes off, and is not told to be another one.
 

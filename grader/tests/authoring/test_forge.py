@@ -50,6 +50,7 @@ def commit(folder: Path) -> None:
     git(folder, "commit", "--quiet", "--message", "x")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("path", forge.TEMPLATES)
 def test_a_workflow_is_one_for_its_forge(path: str, template: Path) -> None:
     """By the schema that is published for it."""
@@ -98,6 +99,7 @@ def handed_in(template: Path, place: Path, source: Path) -> Path:
     return folder
 
 
+@pytest.mark.long
 def test_a_push_of_nothing_has_no_points(template: Path, tmp_path: Path) -> None:
     """Each exercise is there, with a word in the summary; nothing fails."""
     folder = handed_in(template, tmp_path, CORE)

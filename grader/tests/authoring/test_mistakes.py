@@ -78,6 +78,7 @@ def test_a_mistake_costs_what_it_is_worth() -> None:
     assert unfair == {}
 
 
+@pytest.mark.long
 def test_every_mistake_compiles(tmp_path: Path) -> None:
     """The file that a patch changes is C, on top of today's reference."""
     base = reference()

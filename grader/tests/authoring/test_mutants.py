@@ -86,6 +86,7 @@ def test_the_checks_catch_a_sample(
     assert not verdict.same
 
 
+@pytest.mark.long
 def test_what_changes_nothing_is_told(every: list[Mutant], builds: Path) -> None:
     """Of two equal numbers either is the smaller one; what does not compile spoils nothing."""
     other = find(every, "smaller", "a < b", "a >= b")

@@ -101,6 +101,7 @@ def write_fog(project: Project) -> None:
     project.write(WRONG, (NOTE, f'{rows}\n"Returns 1 - exp(-x)." = ["fog"]'))
 
 
+@pytest.mark.long
 def test_an_exercise_takes_eight_files_and_its_mistake_none(project: Project) -> None:
     """Written where the stubs say, it is judged; of the data only its own and the index change."""
     told = project.run("grader.authoring.new", "--exercise", "TP3.B3", "--function", "fog_color")
@@ -148,6 +149,7 @@ def test_a_check_takes_three_files(project: Project) -> None:
     assert project.outcomes("reference", name) == {name: "passed"}
 
 
+@pytest.mark.long
 def test_a_check_of_a_new_suite_takes_no_file_more(project: Project) -> None:
     """Its inputs are lines of the manifest; of the data only that suite and the index."""
     name, suite = "tp3.texture_color.bare", "texture_color.bare"

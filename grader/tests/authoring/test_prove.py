@@ -426,6 +426,7 @@ def test_a_sample_is_shown_kept_and_goes_on(
     assert json.loads(text)["known_mistakes"] == 2
 
 
+@pytest.mark.long
 def test_a_mistake_is_paid_for_once(cache: Path, tmp_path: Path) -> None:
     """A whole grade, on every TP and picture: shade is wrong, and used rightly by TP5.2."""
     grade_cache = GradeCache(outputs(tmp_path, cache))

@@ -310,6 +310,7 @@ def score(place: Path) -> tuple[float, float, set[str]]:
     return content["score"], content["bonus"], {each["outcome"] for each in content["checks"]}
 
 
+@pytest.mark.long
 def test_comments_are_in_the_courses_language(place: Path) -> None:
     """French without a word of it, ours when asked for; the rest of both archives is the same."""
     contents = []
@@ -329,6 +330,7 @@ def test_comments_are_in_the_courses_language(place: Path) -> None:
     assert changed == read
 
 
+@pytest.mark.long
 def test_the_students_first_day(place: Path) -> None:
     """Unpacked, `make` lists the student's targets, and `make grade` gives 0 and a to-do list."""
     assert {row.split()[1] for row in make(place).splitlines()} == {*release.TARGETS}
@@ -340,6 +342,7 @@ def test_the_students_first_day(place: Path) -> None:
     assert "fill_red" in said
 
 
+@pytest.mark.long
 def test_the_solution_has_every_point_without_the_reference(place: Path) -> None:
     """With the reference's files in core_c/, and no reference beside: 100 and 20."""
     for name in exercises.load().student:
@@ -384,6 +387,7 @@ def next_release(path: Path) -> Files:
     return files
 
 
+@pytest.mark.long
 def test_an_update_in_the_middle_of_tp3(place: Path) -> None:
     """Own code, own files and changes are there afterwards, and the same points."""
     theirs = {
@@ -444,6 +448,7 @@ def test_files_that_git_does_not_know_are_refused(tmp_path: Path) -> None:
     release.verify_history({"grader/trial.py": b""}, tmp_path)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("out", ["/proc/no/a.zip", "{here}"])
 def test_an_archive_that_cannot_be_written(
     out: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch

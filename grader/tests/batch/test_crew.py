@@ -31,6 +31,7 @@ def tasks(count: int, isolation: str = "portable") -> Iterator[Task]:
         yield Task(f"S{number}", "S", files, AROUND, Settings("fr", isolation))
 
 
+@pytest.mark.long
 def test_a_worker_that_is_killed_is_replaced(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -124,6 +125,7 @@ def first_tps(count: int) -> Iterator[Task]:
         yield Task(f"S{number}", "S", files, AROUND, Settings("fr", "portable"))
 
 
+@pytest.mark.long
 def test_a_worker_keeps_nothing_of_a_submission(tmp_path: Path) -> None:
     """However many it grades: from the second on, the usual one leaves no object in Python.
 

@@ -148,6 +148,7 @@ def test_another_machine_makes_its_own(
     grade_one._made_here.cache_clear()
 
 
+@pytest.mark.long
 def test_the_real_ones_are_other_inputs_of_the_same_suites(tmp_path: Path) -> None:
     """Every suite that the archive has, in other numbers; and every scene from elsewhere."""
     fresh_inputs.make(5, tmp_path / "made")

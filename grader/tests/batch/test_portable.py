@@ -90,6 +90,7 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
+@pytest.mark.long
 @pytest.mark.skipif(sys.platform != "linux" or os.geteuid() != 0, reason="of Linux, as root")
 def test_what_submissions_leave_is_removed(folder: Path) -> None:
     """Files, folders, shared memory, queues and processes, of who runs as nobody."""

@@ -200,6 +200,7 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, A
     return top, json.loads((folder / "results.json").read_text(encoding="utf-8"))
 
 
+@pytest.mark.long
 def test_compiling_tells_nothing(results: tuple[Path, dict[str, Any]]) -> None:
     """No path is found, and the compiler says the same of those that exist and of one that not."""
     top, content = results

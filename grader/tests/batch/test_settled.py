@@ -155,6 +155,7 @@ def test_without_any_result_there_is_no_mark(
     assert "donnez une note dans manual.csv" in capfd.readouterr().out
 
 
+@pytest.mark.long
 def test_a_real_report_of_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its page says which check could not be made; the others' points are its mark."""
     error = Message("failure.error", {"detail": "the worker failed"})

@@ -59,6 +59,7 @@ def disk(tmp_path: Path) -> Iterator[Path]:
     subprocess.run(["umount", "-l", str(out)], timeout=20, check=True)
 
 
+@pytest.mark.long
 def test_a_full_and_a_read_only_disk(
     disk: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -84,6 +85,7 @@ def test_a_full_and_a_read_only_disk(
     assert (disk / "grades.csv").read_bytes() == whole
 
 
+@pytest.mark.long
 def test_out_that_is_deleted_meanwhile(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -107,6 +109,7 @@ def test_out_that_is_deleted_meanwhile(
     assert marks(out) == {"Ada": [0], "Grace": [0], "Linus": [0]}
 
 
+@pytest.mark.long
 def test_submissions_of_500_mb(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     """Neither read into memory nor written to the disk; told; the others have their marks."""
     submissions, out = lay(tmp_path, "Ada", "Large file"), tmp_path / "out"
@@ -132,6 +135,7 @@ def test_submissions_of_500_mb(tmp_path: Path, capfd: pytest.CaptureFixture[str]
     assert "Tape : L'archive Tape est trop grosse : plus de 100 Mo" in said.out
 
 
+@pytest.mark.long
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root becomes somebody else")
 def test_root_without_a_sandbox(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
@@ -158,6 +162,7 @@ def test_root_without_a_sandbox(
     assert "Traceback" not in capfd.readouterr().err
 
 
+@pytest.mark.long
 def test_a_clock_that_jumps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """To 2100, to 1970 and back while two are graded: no deadline passes, and no mark changes."""
     submissions, out = lay(tmp_path, "Ada", "Grace"), tmp_path / "out"

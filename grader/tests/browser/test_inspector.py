@@ -42,6 +42,7 @@ def _drawn(page: Any) -> str:
     return str(page.evaluate("() => document.querySelector('.mrt-space').toDataURL()"))
 
 
+@pytest.mark.long
 def test_the_inspector_at_work(session: BrowserSession) -> None:
     """Click, keys, zoom, orbit, linked rows; a crash and its mending; small windows; no error."""
     page = session.page
@@ -84,6 +85,7 @@ def test_the_inspector_at_work(session: BrowserSession) -> None:
     assert session.complaints == []
 
 
+@pytest.mark.long
 def test_from_a_failed_check_to_its_pixel(session: BrowserSession) -> None:
     """One click on what check() shows opens the inspector there: the widget, which then works."""
     page = session.page

@@ -49,6 +49,7 @@ def session(tmp_path_factory: pytest.TempPathFactory) -> Iterator[BrowserSession
         yield made
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("theme", THEMES)
 def test_what_cells_show_can_be_read(session: BrowserSession, theme: str) -> None:
     """Texts have a contrast of 4.5 with what is behind them, lines of 3; no error is logged."""

@@ -47,6 +47,7 @@ def test_the_stored_data_is_what_the_reference_gives() -> None:
     assert command.main(["--check"]) == 0
 
 
+@pytest.mark.long
 def test_drift_is_told(copy: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Another seed's inputs, and a suite that nothing makes any more, are named."""
     (copy / "autre.npz").write_bytes(b"")
@@ -56,6 +57,7 @@ def test_drift_is_told(copy: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "autre.npz: not in the manifest" in said
 
 
+@pytest.mark.long
 def test_another_seed_gives_other_data_and_the_same_suites(tmp_path: Path) -> None:
     """It can be made anywhere, and made twice it is the same to the byte."""
     folders = [tmp_path / name for name in ("un", "deux")]
@@ -89,6 +91,7 @@ def test_a_suite_is_made_alone(copy: Path, name: str) -> None:
     assert contents(copy) == before
 
 
+@pytest.mark.long
 def test_a_suite_that_changes_takes_its_mistakes_along(
     copy: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -113,6 +116,7 @@ def test_a_suite_that_changes_takes_its_mistakes_along(
     assert changed == {"camera_ray.middle.npz", "manifest.json"}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", sampled(["scene7", "scene1", "scene3.fresnel"], ["scene7"]))
 def test_a_picture_is_made_alone(copy: Path, name: str) -> None:
     """Byte for byte what is stored, also where it was spoilt; no other file changes."""

@@ -32,6 +32,7 @@ def test_a_loop_on_some_arguments_does_not_cost_the_others(cache: Path) -> None:
     outcomes = {name: outcome for name, (outcome, _) in found.items()}
     assert outcomes == {
         "inside": Outcome.PASSED,
+        "fractions": Outcome.PASSED,
         "corner_order": Outcome.TIMEOUT,
         "clipped": Outcome.PASSED,
         "off_screen": Outcome.PASSED,

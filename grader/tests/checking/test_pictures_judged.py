@@ -282,6 +282,7 @@ def test_checks_look_at_the_pictures_whose_limits_are_calibrated() -> None:
     assert {each.name for each in all_judged()} == calibration._table().keys()
 
 
+@pytest.mark.long
 def test_drift_of_pictures_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A file that is not the reference's any more, and one too many."""
     shutil.copytree(FOLDER / expected_files.FOLDER, tmp_path / expected_files.FOLDER)

@@ -153,6 +153,7 @@ def mistaken(tmp_path_factory: pytest.TempPathFactory, cache: Path) -> tuple[Tri
     return tries, graded(folder, tmp_path_factory.mktemp("build"), cache)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("part", sampled(range(PARTS), [0]))
 def test_a_wrong_answer_is_reproduced(guessed: tuple[Tries, Checks], part: int) -> None:
     """For every function: the very value of the message."""
@@ -163,6 +164,7 @@ def test_a_wrong_answer_is_reproduced(guessed: tuple[Tries, Checks], part: int) 
         holds(each, tries)
 
 
+@pytest.mark.long
 def test_a_mistake_in_good_code_is_reproduced(mistaken: tuple[Tries, Checks]) -> None:
     """Where most cases are right, the program holds one that is not."""
     tries, checks = mistaken
@@ -173,6 +175,7 @@ def test_a_mistake_in_good_code_is_reproduced(mistaken: tuple[Tries, Checks]) ->
         holds(each, tries)
 
 
+@pytest.mark.long
 def test_a_crash_is_reproduced(mistaken: tuple[Tries, Checks]) -> None:
     """The sanitizers name the same line in the student's own hands."""
     tries, checks = mistaken
@@ -186,6 +189,7 @@ def test_a_crash_is_reproduced(mistaken: tuple[Tries, Checks]) -> None:
         assert excerpt["lines"][excerpt["line"] - excerpt["first"]].strip() == line
 
 
+@pytest.mark.long
 def test_make_try_takes_the_program(guessed: tuple[Tries, Checks], tmp_path: Path) -> None:
     """As a student would: put in the place of my_tests.c, run by the command in its first line."""
     tries, checks = guessed

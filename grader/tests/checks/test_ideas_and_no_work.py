@@ -100,6 +100,7 @@ def test_one_idea_is_paid_where_it_is_asked(name: str, cache: Path) -> None:
     assert failing(files, cache, checks) == expected
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("function", NO_WORK)
 def test_what_is_no_work_earns_nothing(function: str, cache: Path) -> None:
     """Nor at the edges, where a constant is right."""
@@ -118,6 +119,7 @@ def _with_body(text: str, head: re.Pattern[str], body: str) -> tuple[str, int]:
     return text[:start] + "    " + body + text[end:], len(found)
 
 
+@pytest.mark.long
 def test_lights_given_up_are_told_from_those_asked_about_wrongly(cache: Path) -> None:
     """Who asks about the first light for each of them is not told to return black at a shadow."""
     loop = "in_shadow(it, &lights[k])) {\n            "

@@ -37,6 +37,7 @@ def lost(changes: Mapping[str, str], cache: Path) -> dict[str, str]:
     return {each.id: each.message for each in found.values() if each.outcome.value != "passed"}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "changes",
     [SWITCHES, {**WHOLE, **CONSTANTS}, {**WHOLE, **SWITCHES}, {**WHOLE, **SOONER}],
@@ -50,6 +51,7 @@ def test_ignored_options_cost_no_point(
     assert lost(changes, cache) == {}
 
 
+@pytest.mark.long
 def test_a_wrong_colour_is_wrong_with_all_features_too(cache: Path) -> None:
     """The second way of being right is no way round the check."""
     dimmed = {"return hit_color(r, &it);": "return vector_float_mul(0.9f, hit_color(r, &it));"}

@@ -144,6 +144,7 @@ def test_common_mistakes_lose_their_own_points(grade: Grade, submission: Write) 
     )
 
 
+@pytest.mark.long
 def test_wrong_tables_crash_at_their_line(grade: Grade, submission: Write) -> None:
     """H for W, no clipping, a loop, an exit, a NaN: each has its outcome and its sentence."""
     done = grade(
@@ -236,6 +237,7 @@ def test_files_that_do_not_compile_show_the_compiler_first(grade: Grade, submiss
     assert done.out.index("main.c:12:") < done.out.index("TP1 - Images")
 
 
+@pytest.mark.long
 def test_a_part_can_be_asked_for(grade: Grade, submission: Write) -> None:
     """A name or a TP selects checks, with the twin that they need, into a folder of their own.
 
@@ -244,9 +246,9 @@ def test_a_part_can_be_asked_for(grade: Grade, submission: Write) -> None:
     done = grade(submission(), "-k", "fill_rect.off_screen")
     assert set(done.points()) == {"fill_rect.inside", "fill_rect.off_screen"}
     assert done.results["partial"] is True
-    assert done.results["exercises"][0]["part"] == {"run": 2, "of": 4}
-    assert "fill_rect  vérifications faites : 2 sur 4" in done.out
-    assert "TP1.4 : vérifications qui n'ont pas été faites : 2" in done.out
+    assert done.results["exercises"][0]["part"] == {"run": 2, "of": 5}
+    assert "fill_rect  vérifications faites : 2 sur 5" in done.out
+    assert "TP1.4 : vérifications qui n'ont pas été faites : 3" in done.out
     assert "Total" not in done.out
     whole = grade(submission(), "-k", "fill_rect")
     assert "Total provisoire : 4 / 4" in whole.out

@@ -52,6 +52,7 @@ def lies_in(check: exercises.Check, exercise: str) -> bool:
     return exercise in RULES.needed(check) and bool(shared)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("exercise", EACH)
 def test_an_exercise_left_out_costs_its_own_points(exercise: str, cache: Path) -> None:
     """It is to do; the others keep their points, but what is written in the same function."""
@@ -66,6 +67,7 @@ def test_an_exercise_left_out_costs_its_own_points(exercise: str, cache: Path) -
     }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("exercise", EACH)
 def test_without_the_reference_what_depends_on_it_waits(
     exercise: str, cache: Path, monkeypatch: pytest.MonkeyPatch
@@ -357,6 +359,7 @@ __attribute__((weak)) color mirror_color(const ray *in, const intersection *it) 
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("cheat", CHEATS)
 def test_the_references_points_cannot_be_had(cheat: str, cache: Path) -> None:
     """A mirror that does nothing by itself earns nothing among the reference's functions."""

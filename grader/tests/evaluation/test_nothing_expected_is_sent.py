@@ -126,6 +126,7 @@ def found_in(traffic: Traffic) -> dict[str, int]:
     return counts
 
 
+@pytest.mark.long
 def test_what_is_right_is_sent_nothing_expected(traffic: Traffic, cache: Path) -> None:
     """Every check of a right program, its pictures too."""
     results = judge(solution(), cache, keyword="tp")
@@ -135,6 +136,7 @@ def test_what_is_right_is_sent_nothing_expected(traffic: Traffic, cache: Path) -
     assert found_in(traffic) == {}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("wrong", ["shade_pi_forgotten", "mirror_black_sky", "mirror_twice"])
 def test_what_is_wrong_is_sent_nothing_expected(wrong: str, traffic: Traffic, cache: Path) -> None:
     """Where a function is judged by its own answers, and beside the reference's functions."""

@@ -83,6 +83,7 @@ def copying() -> dict[str, str]:
     return files
 
 
+@pytest.mark.long
 def test_a_copied_picture_earns_nothing_elsewhere(cache: Path, views: Path) -> None:
     """It is right from the archive's camera; from another one it is still the archive's."""
     files = copying()

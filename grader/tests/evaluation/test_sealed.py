@@ -70,6 +70,7 @@ def pixels(check: CheckResult) -> Mapping[str, Array]:
     }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("leave", LEAVES)
 @pytest.mark.parametrize("mark", MARKS)
 def test_nothing_comes_out_of_a_second_trial(mark: str, leave: str, cache: Path) -> None:

@@ -130,6 +130,7 @@ def test_a_submission_that_sleeps_everywhere_ends(
     assert len(sessions) < 8
 
 
+@pytest.mark.long
 def test_who_loops_everywhere_is_ended_sooner(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The seconds that are told are those that the call had."""
     monkeypatch.setattr(budget, "LOOPS", 1)

@@ -18,6 +18,7 @@ def student_copy(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(originals, "REFERENCE", tmp_path / "nowhere")
 
 
+@pytest.mark.long
 def test_what_an_earlier_exercise_spoils_waits(folder: Path, edit: Edit) -> None:
     """trace_ray is right, and intersect_sphere is not: the card and the next step say so."""
     edit(

@@ -114,6 +114,7 @@ def test_pictures_follow_their_options(core: Core) -> None:
     np.testing.assert_array_equal(flat, core.render())
 
 
+@pytest.mark.long
 def test_tests_are_counted_per_pixel(core: Core) -> None:
     """A flat picture of three spheres takes three tests a pixel in a list; the tree takes fewer."""
     balls = [core.sphere((x, 0.3, 0), 0.1) for x in (-0.5, 0, 0.5)]

@@ -34,6 +34,7 @@ def opened() -> Iterator[list[InspectedScene]]:
         each.close()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("scene", sampled(PIXELS, [0, 5]))
 def test_nothing_is_wrong_with_the_reference(
     folder: Path, opened: list[InspectedScene], scene: int
@@ -104,6 +105,7 @@ def test_the_expected_value_waits_until_it_is_asked(
     assert "n.l of each light" in after
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("code", "words"),
     [
@@ -157,6 +159,7 @@ def test_wrong_use_is_a_sentence(folder: Path, scene: Any, pixel: Any) -> None:
         inspect(scene, pixel)
 
 
+@pytest.mark.long
 def test_a_failed_picture_leads_to_its_pixel(folder: Path, edit: Edit) -> None:
     """check() tells the pixel; below stands the inspector: a widget, or a page to be unfolded."""
     line = "sum = vector_add(sum, shade(it->normal, v, l, lights[k].col, &it->mat));"

@@ -69,6 +69,7 @@ def test_what_is_printed_and_other_errors_stay_as_they_are(folder: Path, edit: E
     assert "fill_red" in wrong[0].text
 
 
+@pytest.mark.long
 def test_what_a_killed_kernel_left_is_removed_by_the_next(
     folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -51,6 +51,7 @@ def test_the_coarse_picture_is_part_of_the_whole(follower: Follower, edit: Edit)
     assert "TP3.1 shade: right" in last.verdicts.text
 
 
+@pytest.mark.long
 def test_what_changed_is_judged(follower: Follower, edit: Edit) -> None:
     """The exercises of the function, no others; and again when it is mended."""
     edit("raytracer.c", DOT, "float n_l = -vector_dot(n, l);")
@@ -65,6 +66,7 @@ def test_what_changed_is_judged(follower: Follower, edit: Edit) -> None:
     assert not np.allclose(picture(wrong), picture(right))
 
 
+@pytest.mark.long
 def test_what_does_not_compile_keeps_the_picture(follower: Follower, edit: Edit) -> None:
     """The compiler's line stands beside the last picture; what was changed is judged later."""
     edit("raytracer.c", DOT, "float n_l = -vector_dot(n, l)")
@@ -79,6 +81,7 @@ def test_what_does_not_compile_keeps_the_picture(follower: Follower, edit: Edit)
     assert "TP3.1 shade: to review" in mended.verdicts.text
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("act", "words"),
     [
@@ -111,6 +114,7 @@ def test_what_is_printed_stands_beside_the_picture(
     assert capsys.readouterr().out == ""
 
 
+@pytest.mark.long
 def test_a_stub_is_drawn_as_it_is(follower: Follower, edit: Edit) -> None:
     """What is still to write is no error: the picture is what there is, the verdict "to do"."""
     edit("raytracer.c", DOT, 'MRT_TODO("TP3.1"); return vector_init(0.f, 0.f, 0.f); ' + DOT)

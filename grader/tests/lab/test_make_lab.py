@@ -189,6 +189,7 @@ def test_a_known_cause_has_its_cure(
     assert cure in " ".join(told.split())
 
 
+@pytest.mark.long
 def test_ports_that_are_taken_are_told_as_jupyter_says_it(tmp_path: Path) -> None:
     """JupyterLab itself, asked for a port that is taken and for no other, says those words."""
     with socket.create_server(("127.0.0.1", 0)) as taken:

@@ -107,6 +107,7 @@ def test_snell(core: Core, angle: int, inside: bool, words: str) -> None:
     assert words in tp5.snell(core, angle, 1.5, inside).text
 
 
+@pytest.mark.long
 def test_noise_falls_more_slowly_than_stair_steps(core: Core) -> None:
     """Random choices have slope -1/2; a regular grid along an edge is steeper."""
     slopes = []

@@ -91,6 +91,7 @@ def _without_owner(said: str) -> str:
     )
 
 
+@pytest.mark.long
 def test_in_the_other_language_it_is_what_grading_in_it_gives(
     grade: Grade,
     tmp_path: Path,
@@ -149,6 +150,7 @@ def test_whatever_is_wrong_is_told_again_alike(name: str, submission: Write, cac
     assert again.told(french, Texts("en"), hint=3) == direct
 
 
+@pytest.mark.long
 def test_a_mended_hint_is_told(
     grade: Grade, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

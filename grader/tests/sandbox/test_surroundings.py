@@ -148,6 +148,7 @@ WORST = {
 }
 
 
+@pytest.mark.long
 def test_a_mark_is_the_same_with_the_worst_of_them(tmp_path: Path) -> None:
     """A whole grade of TP1, from the command on: nothing missing, nothing on stderr."""
     words = ["grade", "reference", "--tp", "1", "--lang", "en", "--build", str(tmp_path)]
@@ -194,6 +195,7 @@ def graded(tmp_path: Path, submission: Path, makeflags: str) -> tuple[int, str]:
     return done.returncode, done.stdout + done.stderr
 
 
+@pytest.mark.long
 def test_no_option_of_make_s_changes_a_mark(tmp_path: Path) -> None:
     """Nor do all of them together, where make does what it is asked."""
     status, said = graded(tmp_path, ROOT / "reference", " -j8 -k -e -B -w -r -R -S")

@@ -53,6 +53,7 @@ def packages() -> list[str]:
     return [each for each in words if not each.startswith("-")]
 
 
+@pytest.mark.long
 def test_the_packages_are_debian_s() -> None:
     """The doctor's are among them: those of every tool that it looks for there, but uv."""
     wanted = {name for each in doctor.PACKAGES.values() for name in each.get("apt", "").split()}

@@ -30,6 +30,7 @@ def version_of(python: str) -> tuple[int, ...]:
     return tuple(map(int, run(python, "-I", "-S", "-c", code, cwd=ROOT).stdout.split()))
 
 
+@pytest.mark.long
 def test_every_python_from_3_10_on_is_accepted() -> None:
     """Each interpreter of the machine is accepted from 3.10 on, and refused before."""
     for python in pythons():

@@ -135,6 +135,7 @@ def test_doctor_cures_by_package_tool(
     assert (bubblewrap == "not available on this system") == (tool == "brew")
 
 
+@pytest.mark.long
 def test_grade_in_a_read_only_checkout(checkout: Path, open_folder: Path) -> None:
     """With BUILD=DIR an ordinary user can grade from a read-only checkout."""
     build = open_folder / "sortie"
@@ -162,6 +163,7 @@ def test_a_script_tells_failures_apart_without_make(tmp_path: Path) -> None:
         assert (direct.returncode, made.returncode) == (status, 2), direct.stderr
 
 
+@pytest.mark.long
 def test_mrt_is_built_when_something_changed(project: Path) -> None:
     """`make mrt` builds for a new size or a newer source, and not otherwise."""
     program = str(project / "core_c" / "mrt")
@@ -204,6 +206,7 @@ def test_mrt_refuses_wrong_settings(project: Path, setting: str, message: str) -
     assert done.stderr.startswith(message)
 
 
+@pytest.mark.long
 def test_mrt_names_a_given_file_that_is_not_as_given(project: Path) -> None:
     """With the command that puts it back; what is missing stops the build, what was changed not.
 
@@ -224,6 +227,7 @@ def test_mrt_names_a_given_file_that_is_not_as_given(project: Path) -> None:
     assert done.stdout == ""
 
 
+@pytest.mark.long
 def test_restore_puts_the_given_files_back_and_no_others(project: Path) -> None:
     """A copy of what was changed is kept; the student's files stay as they are."""
     core = project / "core_c"
@@ -279,6 +283,7 @@ def test_a_full_disk_is_told_as_such(project: Path, target: str) -> None:
     assert (done.stdout, done.stderr.splitlines()[0][: len(said)]) == ("", said)
 
 
+@pytest.mark.long
 def test_mrt_that_fails_leaves_no_old_program(project: Path) -> None:
     """After an error the old program is gone: it must not pass for the new one."""
     assert run("make", "mrt", cwd=project).returncode == 0
@@ -308,6 +313,7 @@ def test_try_runs_the_students_tests(project: Path) -> None:
     assert (done.returncode, done.stdout, done.stderr) == (0, "42", "")
 
 
+@pytest.mark.long
 def test_try_compiles_only_what_changed(project: Path) -> None:
     """A source that was saved, or all of them after a header; other settings keep theirs."""
 
@@ -378,6 +384,7 @@ def failing(folder: Path, *checks: tuple[str, str, str]) -> None:
     path.write_text(json.dumps({"checks": rows}), encoding="utf-8")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["TP1.2", "answer", "tp1.answer.b", "answer.b", "b", "ANSW"])
 def test_try_makes_a_failing_call_again(project: Path, name: str) -> None:
     """By exercise, function or check: its program, at its size, with the functions as they are."""
@@ -403,6 +410,7 @@ def test_the_last_run_comes_first(project: Path) -> None:
     assert failing_call.find("TP1.2", failing_call.failing(folder))["id"] == "tp1.answer.whole"
 
 
+@pytest.mark.long
 def test_a_call_that_there_is_not_is_told(project: Path) -> None:
     """Before any grade, after one that shows nothing, or under another name: one line each."""
 

@@ -91,6 +91,7 @@ def test_make_help_is_in_it(project: Path) -> None:
     assert len(told) == len(lines)
 
 
+@pytest.mark.long
 def test_make_grade_is_in_it(project: Path) -> None:
     """The terminal, results.json and the page: its own words, its comma, English ones else."""
     said = make(project, "grade", "TP=1", "K=fill_red")
@@ -109,6 +110,7 @@ def test_make_grade_is_in_it(project: Path) -> None:
     assert "Zzz, which colour\N{NARROW NO-BREAK SPACE}?" in html
 
 
+@pytest.mark.long
 def test_the_report_is_made_again_in_it(project: Path) -> None:
     """After a grade in French."""
     done = run(
@@ -120,6 +122,7 @@ def test_the_report_is_made_again_in_it(project: Path) -> None:
     assert "Zzz, which colour ?" in said
 
 
+@pytest.mark.long
 def test_the_class_page_is_in_it(project: Path, tmp_path: Path) -> None:
     """And the student's page on it."""
     if best().level is not Level.STRONG:

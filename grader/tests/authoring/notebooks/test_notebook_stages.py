@@ -82,6 +82,7 @@ def faults(exercise: str, text: str, reached: str, mistake: str) -> list[str]:
     return told
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("reached", "mistake"), sampled(stages(), [("TP1.4", "rect_axes_swapped")])
 )

@@ -116,6 +116,7 @@ def read_everything() -> None:
             read(text)
 
 
+@pytest.mark.long
 @pytest.mark.skipif(sys.platform != "linux", reason="limits of Linux")
 def test_no_text_is_slow_to_read() -> None:
     """A crash's text, a compiler's message, a source, a list of authors: in one pass each."""

@@ -164,6 +164,7 @@ def test_every_option_is_taken(mrt: Path, tmp_path: Path) -> None:
     assert read_ppm(tmp_path / "all.ppm")[:2] == (WIDTH, HEIGHT)
 
 
+@pytest.mark.long
 def test_the_size_is_the_builds(mrt: Path, tmp_path: Path) -> None:
     """`make mrt WIDTH=64 HEIGHT=36` draws 64x36, with its flags even when built again otherwise."""
     assert run([mrt, 1], tmp_path).returncode == 0
@@ -254,6 +255,7 @@ def test_the_texture_stands_beside_the_program(mrt: Path, tmp_path: Path) -> Non
     assert read_ppm(tmp_path / "far.ppm") != read_ppm(tmp_path / "near.ppm")
 
 
+@pytest.mark.long
 def test_a_full_scene_is_an_error(tmp_path: Path) -> None:
     """With room for 100 objects, the scenes that have more say so; the others are drawn."""
     need_sanitizers(tmp_path)

@@ -63,6 +63,7 @@ def draw_every_scene(mrt: Path, folder: Path, size: tuple[int, int]) -> None:
         assert read_ppm(folder / f"picture{k}.ppm")[:2] == size
 
 
+@pytest.mark.long
 def test_every_scene_under_the_sanitizers(watched_mrt: Path, tmp_path: Path) -> None:
     """AddressSanitizer and UBSan report nothing on any scene at 160x90; the next is unknown."""
     draw_every_scene(watched_mrt, tmp_path, (160, 90))
@@ -78,6 +79,7 @@ def test_every_option_under_the_sanitizers(watched_mrt: Path, tmp_path: Path, st
         assert read_ppm(tmp_path / "picture.ppm")[:2] == (160, 90)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("size", [(1, 1), (1, 7)])
 def test_odd_sizes_under_the_sanitizers(tmp_path: Path, size: tuple[int, int]) -> None:
     """A picture of one row, one column or one pixel works for every scene."""
@@ -86,6 +88,7 @@ def test_odd_sizes_under_the_sanitizers(tmp_path: Path, size: tuple[int, int]) -
     draw_every_scene(mrt, tmp_path, size)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("program", sampled(["solution", "skeleton"], ["skeleton"]))
 def test_every_scene_under_valgrind(tmp_path: Path, program: str) -> None:
     """Valgrind finds no invalid access, no use of an unset value and no leak, at 160x90."""
@@ -105,6 +108,7 @@ def test_every_scene_under_valgrind(tmp_path: Path, program: str) -> None:
     assert len(list(tmp_path.glob("picture*.ppm"))) == len(SCENES)
 
 
+@pytest.mark.long
 def test_tp1_at_its_edges(tmp_path: Path) -> None:
     """Huge, negative, infinite and NaN coordinates, radii and colours: no report, no stray ink."""
     need_sanitizers(tmp_path)
@@ -131,6 +135,7 @@ def counts(done: Done) -> tuple[int, ...]:
     return tuple(map(int, re.findall(r"[0-9]+", last)))
 
 
+@pytest.mark.long
 def test_made_up_inputs(tmp_path: Path) -> None:
     """100,000 made-up pictures and command lines: no report, and every rule of fuzz.c holds."""
     need_sanitizers(tmp_path)
