@@ -195,7 +195,6 @@ def test_mistakes_lose_their_own_points(grade: Grade, tmp_path: Path) -> None:
         "tp2.intersect_sphere.range",
         "tp3.shade.back",
         "tp3.checker_color.negative",
-        "tp3.checker_color.placed",
         "tp3.scene.checker_6",
         "tp4.in_shadow.beyond",
         "tp4.scene.shadows_4",
