@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 
 from grader.authoring.proof.grades import Grade, GradeCache, Program
 from grader.authoring.proof.parts import Part, listed, sampled
@@ -19,14 +19,14 @@ def run(grade_cache: GradeCache, sample: int | None = None) -> Part:
     return report([(each, grades[each.id]) for each in chosen], sample is None)
 
 
-def report(found: Iterable[tuple[Case, Grade]], whole: bool = True) -> Part:
+def report(found: Sequence[tuple[Case, Grade]], whole: bool = True) -> Part:
     """Return the part of the proof from the grades of programs."""
-    lines = {each: faults(each, grade) for each, grade in found}
+    lines = [faults(each, grade) for each, grade in found]
     return Part(
         "cases",
         "Programs from outside",
-        {"cases": len(lines), "cases_fair": sum(not each for each in lines.values())},
-        [line for each in lines.values() for line in each],
+        {"cases": len(lines), "cases_fair": sum(not each for each in lines)},
+        [line for each in lines for line in each],
         ["program", "what is wrong", "loses", "deserves to lose"],
         [
             [

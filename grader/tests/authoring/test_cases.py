@@ -69,6 +69,23 @@ def test_too_much_too_little_and_elsewhere_are_unfair() -> None:
     ]
 
 
+def test_the_proof_counts_who_is_judged_fairly() -> None:
+    """And has a line for each of the others, and a row for each."""
+    fair = Case("odd", "a sign", {"TP2.3": (0.2, 0.5)})
+    unfair = Case("even", "a root", {"TP2.4": (0.2, 0.5)})
+    points = {"TP2.3": 3.0, "TP2.4": 4.0}
+    part = proof.report([(fair, grade(points)), (unfair, grade(points))])
+    assert part.figures == {"cases": 2, "cases_fair": 1}
+    assert part.faults == [
+        "even: loses 25% of TP2.3, where 0% to 0% is fair",
+        "even: loses 0% of TP2.4, where 20% to 50% is fair",
+    ]
+    assert part.rows == [
+        ["odd", "a sign", "TP2.3 25%", "TP2.3 20% to 50%"],
+        ["even", "a root", "TP2.3 25%", "TP2.4 20% to 50%"],
+    ]
+
+
 def test_no_work_earns_next_to_nothing() -> None:
     """Whatever it loses."""
     case = Case("empty", "", earns=6)
