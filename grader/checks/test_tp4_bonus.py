@@ -125,7 +125,7 @@ def test_octree_again(student: Student) -> None:
         search(bench, crowd, root).expect("result", "r.tmax")
 
 
-LARGE, AGAIN = 3, 12  # times the crowd along each axis; trees that are built after one another
+LARGE, AGAIN = 3, 40  # times the crowd along each axis; trees that are built after one another
 RAYS = 40  # through the large scene, whose list is long
 
 

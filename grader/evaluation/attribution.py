@@ -14,7 +14,7 @@ but its outcome; what is told and shown is always what the submission alone has 
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -159,12 +159,21 @@ class _Court:
     def _replaced(self, check: Check, exercises: frozenset[str]) -> frozenset[str]:
         """Return the functions for which the reference's stand in when a check is run again.
 
-        What the check judges beside its own exercise stays, unless that is wrong by itself.
+        What the check judges beside its own exercise stays, unless that is wrong by itself. An
+        exercise of which another one's function is judged besides, and is wrong, is wrong there.
         """
         wrong = at_fault(self._found.values(), self._rules)
-        chosen = exercises - (set(check.judges) - wrong)
+        besides = {name for each in exercises for name in self._wrong_besides(each)}
+        chosen = (exercises | besides) - (set(check.judges) - wrong)
         names = {name for each in chosen for name in self._rules.exercise(each).functions}
         return frozenset(names - judged(check, self._found, self._rules))
+
+    def _wrong_besides(self, exercise: str) -> Iterator[str]:
+        """Yield the exercises in whose functions one is used wrongly: its checks judge them too."""
+        for each in self._rules.exercise(exercise).checks:
+            found = self._found.get(each.id)
+            if found and found.outcome is not Outcome.PASSED:
+                yield from each.judges
 
     def _loops(self, finding: Finding) -> bool:
         """Say whether it would take as long again.

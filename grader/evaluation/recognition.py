@@ -62,6 +62,8 @@ def with_mistakes(findings: Sequence[Finding], rules: Manifest, folder: Path) ->
         ]
         if any(map(is_learnt, own)):  # the bank has the answers to the inputs of the archive
             continue
+        if all(each.outcome not in _WRONG for each in own):  # its pictures alone are wrong
+            continue
         alone = all(each.alone for each in own if each.outcome in _WRONG)
         # What a wrong function hands on says nothing about those that use it.
         if alone or not wrong & _needed(exercise, rules):
@@ -85,7 +87,8 @@ def _in_pictures(
 ) -> dict[str, tuple[str, ...]]:
     """Return, by exercise, the mistakes that give all of its wrong pictures, and nothing right.
 
-    They may be another exercise's. `found` are those that other checks have named, by exercise.
+    They may be another exercise's. `found` are those that other checks have named, by exercise,
+    where these are wrong: what they do not name is not what is drawn.
     """
     common: dict[str, set[str]] = {}
     for each in findings:
@@ -96,8 +99,9 @@ def _in_pictures(
         return {}
     right = {each.check: each for each in findings if _is_right(each)}
     for name, mistake in bank.items():
-        others = found.get(mistake.exercise, ())
-        if mistake.signature.keys() & right.keys() or (others and name not in others):
+        if mistake.signature.keys() & right.keys() or name not in found.get(
+            mistake.exercise, (name,)
+        ):
             common = {exercise: ids - {name} for exercise, ids in common.items()}
     for each in right.values():
         for picture in each.pictures:

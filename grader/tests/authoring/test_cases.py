@@ -20,6 +20,8 @@ SAMPLE = [
     "lights_clamped_in_loop",
     "octree_of_ten_levels",
     "pi_3_14",
+    "t4_light_specular_in_shadow",
+    "t5_glass_no_incoming",
     "trace_magenta_when_shading",
 ]
 

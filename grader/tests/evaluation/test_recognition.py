@@ -155,6 +155,21 @@ def test_what_depends_on_a_wrong_exercise_is_not_named(tmp_path: Path) -> None:
     assert ids(FAR[0], replace(nearest, alone=True)) == [("far",), ("first",)]
 
 
+def test_a_picture_names_nothing_that_the_function_denies(tmp_path: Path) -> None:
+    """What is drawn may look like a mistake's, and the function answer otherwise."""
+    leaving = finding("tp5.refracted_ray.leaving", part(6, 7))
+    folder = with_bank(tmp_path, {"turned": known(leaving)})
+    drawn = finding("tp5.scene.glass_7", part(1), candidates=("turned",))
+
+    def ids(*findings: Finding) -> list[tuple[str, ...]]:
+        return [each.evidence.mistakes for each in with_mistakes(findings, RULES, folder)]
+
+    assert ids(leaving, drawn) == [("turned",), ("turned",)]
+    entering = finding("tp5.refracted_ray.entering", part(6, 7))
+    assert ids(entering, leaving, drawn) == [(), (), ()]
+    assert ids(drawn) == [("turned",)]
+
+
 def test_a_bank_comes_back_as_it_was_written(tmp_path: Path) -> None:
     """Cases, values and names; the same bytes for the same mistakes."""
     content = {"far": known(*FAR), "other": known(finding(NEAREST, part(1, 2, 3, cases=(1, 2, 5))))}
