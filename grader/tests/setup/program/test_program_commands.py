@@ -360,7 +360,9 @@ def test_a_tree_that_takes_time_is_seen(tmp_path: Path) -> None:
     head = "octree_node *octree_build(const object *objects, int count) {"
     text = tree.read_text(encoding="utf-8")
     assert text.count(head) == 1
-    tree.write_text(text.replace(head, f"{head}\n    pause();"), encoding="utf-8")
+    # Each tick of the timer ends a pause.
+    waits = f"{head}\n    while (count >= 0) {{\n        pause();\n    }}"
+    tree.write_text(text.replace(head, waits), encoding="utf-8")
     build(folder / "mrt", ["-include", "unistd.h", *size_flags(WIDTH, HEIGHT)], PROGRAM, folder)
     reading, writing = pty.openpty()
     said = b""
