@@ -15,7 +15,6 @@ import numpy as np
 
 from grader.checking.comparison import far
 from grader.checking.expected_data import Answer, Array, Batch
-from grader.checking.observations import Observations
 from grader.checking.student import Bench, CallDied, Student, Wrong
 from grader.checks.common import check_results, check_stages, with_options
 
@@ -65,16 +64,14 @@ def _judged(
     student: Student, is_something: Callable[[], bool], relation: Callable[[Student, Bench], bool]
 ) -> bool:
     """Say whether a function is wrong without Fresnel, but something, and a relation holds."""
-    noted, student.observations = student.observations, Observations()
     try:
-        if not is_something():
-            return False
-        with student.bench() as bench:
-            return relation(student, bench)
+        with student.unnoted():
+            if not is_something():
+                return False
+            with student.bench() as bench:
+                return relation(student, bench)
     except CallDied:
         return False
-    finally:
-        student.observations = noted
 
 
 def _looks(student: Student, suite: str, inputs: Sequence[str]) -> bool:

@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 
 from grader.checking.expected_data import Answer, Batch
-from grader.checking.observations import Observations
 from grader.checking.student import CallDied, Student, Wrong
 from grader.checks.common import check_stages, check_stages_of_sky
 
@@ -32,16 +31,14 @@ def check_seen(student: Student, suite: str) -> None:
     try:
         check_stages(student, suite)
     except Wrong as first:
-        noted, student.observations = student.observations, Observations()
         try:
-            for trial in student.trials(suite):
-                (stored, *_), k = trial.batch.answers, trial.batch.args["it"]["mat"]["ks"]
-                bare = Answer(stored.result / k, stored.out)
-                replace(trial, batch=replace(trial.batch, answers=(bare,))).expect("result")
+            with student.unnoted():
+                for trial in student.trials(suite):
+                    (stored, *_), k = trial.batch.answers, trial.batch.args["it"]["mat"]["ks"]
+                    bare = Answer(stored.result / k, stored.out)
+                    replace(trial, batch=replace(trial.batch, answers=(bare,))).expect("result")
         except (Wrong, CallDied):
             raise first from None
-        finally:
-            student.observations = noted
 
 
 def check_depth(student: Student, suite: str) -> None:

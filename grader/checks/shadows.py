@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from grader.checking.observations import Observations
 from grader.checking.student import Answers, CallDied, Student, Wrong
 from grader.checks.common import check_results
 
@@ -19,13 +18,11 @@ def check_bars(student: Student, suite: str) -> None:
 
 def _sees(student: Student, suite: str) -> bool:
     """Say whether most of the shadows of a suite are seen; what is wrong in it is not noted."""
-    noted, student.observations = student.observations, Observations()
     try:
-        return all(map(_found, student.trials(suite)))
+        with student.unnoted():
+            return all(map(_found, student.trials(suite)))
     except (Wrong, CallDied):
         return False
-    finally:
-        student.observations = noted
 
 
 def _found(trial: Answers) -> bool:

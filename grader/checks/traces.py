@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 from grader.checking.comparison import far
-from grader.checking.observations import Observations
 from grader.checking.student import CallDied, Student, Wrong
 from grader.checks.common import check_stages
 
@@ -47,15 +46,13 @@ def _check_or(student: Student, suite: str, holds: Callable[[Student, str], bool
     try:
         check_stages(student, suite)
     except Wrong as first:
-        noted, student.observations = student.observations, Observations()
         try:
-            expect_seen(student)
-            if not holds(student, suite):
-                raise first from None
+            with student.unnoted():
+                expect_seen(student)
+                if not holds(student, suite):
+                    raise first from None
         except (Wrong, CallDied):
             raise first from None
-        finally:
-            student.observations = noted
 
 
 def _stops_in_depth(student: Student, suite: str) -> bool:
