@@ -32,7 +32,7 @@ help: ##
 grade: ##
 	@$(call PYTHON_OF,grade) && "$$python" -m grader grade "$$SUBMISSION" \
 	    $${TP:+--tp "$$TP"} $${K:+-k "$$K"} $${HINT:+--hint "$$HINT"} $${ISOLATION:+--isolation "$$ISOLATION"} \
-	    $${EXPECTED:+--expected "$$EXPECTED"} $${ANNOTATE:+--annotate "$$ANNOTATE"} --build "$$BUILD"
+	    $${JOBS:+--jobs "$$JOBS"} $${EXPECTED:+--expected "$$EXPECTED"} $${ANNOTATE:+--annotate "$$ANNOTATE"} --build "$$BUILD"
 
 report: ##
 	@$(call PYTHON_OF,grade) && "$$python" -m grader report "$${RESULTS:-$$BUILD/grade}" $${HINT:+--hint "$$HINT"}
@@ -146,9 +146,9 @@ test-all: test ##
 test-exhaustive: test-all ##
 	@$(call PYTHON_OF,dev) && set -x && $(PYTEST) -m exhaustive
 
-# The generated files are those of their sources; the tests, side by side, one more at a time than there are cores
-# since many wait.
-PYTEST = "$$python" -m pytest -p xdist -n "$$(($$(getconf _NPROCESSORS_ONLN) + 1))" --dist loadscope
+# The generated files are those of their sources; the tests, side by side, three more at a time than there are cores
+# since many wait, in the order of grader/tests/conftest.py.
+PYTEST = "$$python" -m pytest -p xdist -n "$$(($$(getconf _NPROCESSORS_ONLN) + 3))" --dist loadscope --no-loadscope-reorder
 .PHONY: suite
 suite:
 	@$(call PYTHON_OF,dev) && set -x && "$$python" -m grader.authoring.skeleton.skeleton --check && \

@@ -6,7 +6,6 @@ The same command goes on where another was stopped; what is unchanged is not gra
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
@@ -28,7 +27,7 @@ from grader.course import settings as course
 from grader.course.settings import Course
 from grader.course.texts import LANGUAGES, Texts
 from grader.execution.canary import prove
-from grader.sandbox import bubblewrap
+from grader.sandbox import bubblewrap, cores
 from grader.sandbox.leftovers import Leftovers
 from grader.sandbox.levels import IsolationError, Level, using
 
@@ -149,7 +148,7 @@ def _parser(texts: Texts) -> Parser:
 
     add("path", key="batch.path", type=Path, metavar="DIR")
     add("--out", key="batch.out", type=Path, required=True, metavar="DIR")
-    add("--jobs", key="batch.jobs", type=_jobs, default=os.cpu_count() or 1, metavar="N")
+    add("--jobs", key="batch.jobs", type=usage.jobs, default=cores.usable(), metavar="N")
     add("--scheduler", key="batch.scheduler", default="", metavar="ADDRESS")
     levels = [each.value for each in Level]
     add("--isolation", key="batch.isolation", choices=levels, default=Level.STRONG.value)
@@ -163,10 +162,3 @@ def _parser(texts: Texts) -> Parser:
     add("--expected", key="usage.expected", type=Path, metavar="DIR")
     add("--public", key="batch.public", action="store_true")
     return parser
-
-
-def _jobs(text: str) -> int:
-    number = int(text)
-    if not 0 < number <= 256:
-        raise ValueError(text)
-    return number

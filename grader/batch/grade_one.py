@@ -34,6 +34,7 @@ from grader.report import page, results
 from grader.sandbox import scratch
 from grader.sandbox.levels import Level, using
 
+JOBS = 2  # for one submission; others are graded beside it
 LEAST_BYTES = 50_000_000  # free on the disk, before and after a submission
 _ONE = threading.Lock()  # pytest and the level of isolation are the process's
 
@@ -109,7 +110,7 @@ def _graded(task: Task, place: BuildFolder) -> GradedFiles:
     submission = Submission(name=task.label, files=task.files, **task.submission)
     with using(Level(settings.isolation)):
         place.warm()
-        with Libraries(submission, sizes_for(None), place.folder) as libraries:
+        with Libraries(submission, sizes_for(None), place.folder, jobs=JOBS) as libraries:
             folder, fresh = _expected(settings), _fresh(settings)
             findings = run_checks(libraries, rules, None, folder=folder, fresh=fresh)
             texts = Texts(settings.language)

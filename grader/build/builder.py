@@ -16,7 +16,6 @@ A `Builder` does it in the background, target by target:
 from __future__ import annotations
 
 import contextlib
-import os
 import re
 import shutil
 import tempfile
@@ -36,6 +35,7 @@ from grader.course import settings
 from grader.files import closed_folder, content_key
 from grader.intake import originals
 from grader.intake.records import Submission
+from grader.sandbox import cores
 from grader.sandbox.budget import Budget
 
 __all__ = ["BuildError", "Builder", "Built", "build"]
@@ -81,14 +81,16 @@ class Builder:
         cache: Path,
         compiler: Compiler | None = None,
         budget: Budget | None = None,
+        jobs: int | None = None,
     ) -> None:
+        """`jobs` files are compiled at once, by default as many as there are processors."""
         self.compiler = compiler or toolchain.find_compiler()
         self._budget = budget or Budget()  # of the submission
         self._slow: dict[tuple[Path, str], ObjectFile] = {}
         self._submission, self._cache = submission, cache
         with contextlib.suppress(OSError):  # who compiles will say what is wrong
             closed_folder(cache)
-        self._compilers = ThreadPoolExecutor(os.cpu_count() or 1)
+        self._compilers = ThreadPoolExecutor(jobs or cores.usable())
         # What takes little time does not queue behind the files of the targets to come.
         self._quick = ThreadPoolExecutor(2 * MAX_TARGETS)
         self._targets = ThreadPoolExecutor(MAX_TARGETS)  # they wait for the others

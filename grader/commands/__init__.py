@@ -85,7 +85,9 @@ def _grade(options: argparse.Namespace, texts: Texts) -> int:
     drawn, cache = sizes_for(options.tp), options.build / "cache"
     with (
         _isolation(options.isolation) as isolation,
-        Libraries(submission, drawn, cache, lazy=bool(options.keyword)) as libraries,
+        Libraries(
+            submission, drawn, cache, lazy=bool(options.keyword), jobs=options.jobs
+        ) as libraries,
     ):
         from grader.commands.grade import grade  # while the compiler runs: it takes as long
 
@@ -133,5 +135,6 @@ def _parser(texts: Texts) -> Parser:
     add("--annotate", key="usage.annotate", choices=ANNOTATIONS)
     add("--isolation", key="usage.isolation", choices=[each.value for each in Level])
     add("--expected", key="usage.expected", type=Path, default=exercises.EXPECTED, metavar="DIR")
+    add("--jobs", key="usage.jobs", type=usage.jobs, metavar="N")
     add("--build", key="usage.build", type=Path, default=exercises.ROOT / "build", metavar="DIR")
     return parser

@@ -21,6 +21,7 @@ _COMPLAINTS = (
     (r"argument (?P<name>.*): invalid \w+ value: (?P<got>.*)", "usage.bad_value"),
     (r"argument (?P<name>.*): expected one argument", "usage.no_value"),
 )
+MOST_JOBS = 256
 # The settings of make that reach an option.
 _SETTINGS = {
     **{f"--{name}": name.upper() for name in ("tp", "hint", "isolation", "expected", "build")},
@@ -80,6 +81,14 @@ def _typed(name: str) -> str:
 def tp_number(text: str) -> int:
     """Read the number of a TP, written 2 or TP2. Raises ValueError."""
     return int(text.lower().removeprefix("tp"))
+
+
+def jobs(text: str) -> int:
+    """Read how much is to be done side by side. Raises ValueError."""
+    number = int(text)
+    if not 0 < number <= MOST_JOBS:
+        raise ValueError(text)
+    return number
 
 
 def language(words: Sequence[str]) -> str:

@@ -103,7 +103,7 @@ class GraderPlugin:
         self._folder, self._chosen = folder, chosen
         self._texts = texts  # in which pytest's own report tells what is wrong
         self._items: dict[str, pytest.Function] = {}
-        self.ahead = Prefetch(rules, self._run_ahead)
+        self.ahead = Prefetch(rules, self._run_ahead, libraries.jobs - 1)
         self._attempts = Attempts(fresh)
 
     def pytest_configure(self, config: pytest.Config) -> None:

@@ -1,8 +1,8 @@
-"""Pictures drawn beside the checks of functions, by a thread of their own.
+"""Pictures drawn beside the checks of functions, by threads of their own.
 
 A picture waits until all that it needs has passed its own checks: what loops, or is not written, is
 known by then, and is never drawn ahead. What is not begun when its turn comes is run then: in the
-end both threads draw, from either side.
+end all threads draw, from either side.
 """
 
 from __future__ import annotations
@@ -24,12 +24,16 @@ class RunResult:
     seconds: float
 
 
-class Prefetch:
-    """The pictures of one run; `run` runs a check by its id."""
+MOST_THREADS = 4  # more would only wait for the last pictures, which take longest
 
-    def __init__(self, rules: Manifest, run: Callable[[str], RunResult]) -> None:
+
+class Prefetch:
+    """The pictures of one run; `run` runs a check by its id, in one of so many threads."""
+
+    def __init__(self, rules: Manifest, run: Callable[[str], RunResult], threads: int = 1) -> None:
         self._rules, self._run = rules, run
-        self._pool = ThreadPoolExecutor(1)
+        self._threads = min(threads, MOST_THREADS)
+        self._pool = ThreadPoolExecutor(max(self._threads, 1))
         self._waiting: dict[str, set[str]] = {}  # pictures, for the checks that are to pass
         self._ready: list[str] = []
         self._begun: dict[str, Future[RunResult]] = {}
@@ -77,6 +81,8 @@ class Prefetch:
         self._pool.shutdown(wait=False, cancel_futures=True)
 
     def _begin(self) -> None:
+        if not self._threads:
+            return
         ready = [name for name, awaited in self._waiting.items() if not awaited]
         with self._choosing:
             for name in ready:

@@ -27,6 +27,7 @@ from grader.course.sizes import Size
 from grader.execution.library_set import NOT_LINKED, BuiltLibraries, LibrarySet, Make, NotBuilt
 from grader.intake import originals
 from grader.intake.records import Submission
+from grader.sandbox import cores
 from grader.sandbox.budget import Budget
 
 Begin = Callable[[], Future[Built]]
@@ -41,7 +42,7 @@ class Libraries:
 
     They are made in the background from the beginning: the one for functions first, whose checks
     need not wait for the others; with `lazy`, the others when they are asked for. `flags` are added
-    to the compiler's.
+    to the compiler's; `jobs` is how much is done side by side, by default what the processors can.
     """
 
     def __init__(
@@ -53,13 +54,15 @@ class Libraries:
         flags: tuple[str, ...] = (),
         *,
         lazy: bool = False,
+        jobs: int | None = None,
     ) -> None:
         self.submission = submission
+        self.jobs = jobs or cores.usable()
         self._folder = folder  # of what is made
         self._stack = ExitStack()
         self.budget = Budget()
         self._builder = self._stack.enter_context(
-            Builder(submission, folder, compiler, self.budget)
+            Builder(submission, folder, compiler, self.budget, self.jobs)
         )
         self._flags = flags
         self._begun: dict[Target, Future[Built]] = {}

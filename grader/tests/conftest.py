@@ -19,6 +19,51 @@ ROOT = Path(__file__).resolve().parents[2]
 
 Write = Callable[..., Path]
 
+# The modules that take longest, half a minute each or more: begun first, none is waited for alone.
+LONGEST = [
+    "browser/test_themes",
+    "setup/test_makefile",
+    "commands/test_grade",
+    "checking/test_pictures_judged",
+    "checking/test_expected_data",
+    "batch/test_class",
+    "authoring/test_release",
+    "evaluation/test_replay",
+    "authoring/notebooks/test_notebook_runs",
+    "evaluation/test_attribution",
+    "evaluation/test_half_written",
+    "browser/test_live",
+    "evaluation/test_attempts",
+    "authoring/notebooks/test_drawings",
+    "authoring/test_gradescope",
+    "checks/test_checks",
+    "evaluation/test_lent_checks",
+    "authoring/test_alike",
+    "commands/test_bad_submissions",
+    "authoring/test_figures",
+    "setup/program/test_program_memory",
+    "evaluation/test_recognition",
+    "authoring/test_cases",
+    "evaluation/test_other_views",
+    "core/test_program",
+    "batch/test_secrets",
+    "batch/test_crew",
+    "sandbox/test_isolation",
+    "lab/test_tools",
+    "sandbox/hostile/test_hostile",
+    "sandbox/hostile/test_claims",
+    "sandbox/test_surroundings",
+]
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Put the tests of the longest modules first."""
+    tests = Path(__file__).parent
+    places = {tests / f"{name}.py": place for place, name in enumerate(LONGEST)}
+    if missing := [str(path) for path in places if not path.is_file()]:
+        raise pytest.UsageError(f"LONGEST names no module: {', '.join(missing)}")
+    items.sort(key=lambda item: places.get(item.path, len(places)))
+
 
 @pytest.fixture(scope="session")
 def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from grader.authoring.skeleton import skeleton
+from grader.authoring.specimens import mistakes
 from grader.authoring.specimens.student import EVERY_PIXEL
 from grader.build import toolchain
 from grader.course import exercises
@@ -18,6 +19,8 @@ from grader.tests.support.grading import Graded
 ROOT = Path(__file__).resolve().parents[3]
 Write = Callable[..., Path]
 Grade = Callable[..., Graded]
+
+WRONG = "sphere_normal_from_zero"
 
 
 @pytest.fixture
@@ -49,6 +52,22 @@ def test_the_reference_has_every_point(grade: Grade) -> None:
     assert [done.results[key] for key in keys] == [100, 100, 20, 20]
     assert "Total provisoire : 100 / 100" in done.out
     assert "Bonus : 20 / 20" in done.out
+
+
+@pytest.mark.long
+def test_what_is_done_side_by_side_changes_nothing(grade: Grade, tmp_path: Path) -> None:
+    """With one thing at a time or four, a wrong program's checks say the same, in their order."""
+    folder = tmp_path / "rendu"
+    folder.mkdir()
+    for name, text in next(each for each in mistakes.load() if each.id == WRONG).files().items():
+        (folder / name).write_text(text, encoding="utf-8")
+    alone, together = (
+        grade(folder, "--jobs", str(jobs), whole=True).results["checks"] for jobs in (1, 4)
+    )
+    for each in (*alone, *together):
+        del each["seconds"]
+    assert "failed" in {each["outcome"] for each in alone}
+    assert alone == together
 
 
 def test_the_skeleton_has_none_and_a_calm_list(grade: Grade, tmp_path: Path) -> None:

@@ -113,3 +113,21 @@ def test_two_threads_draw_from_either_side(rules: Manifest, drawing: Drawing) ->
     assert [ahead.result(name) for name in (BETWEEN, LAST)] == [DONE, DONE]
     ahead.close()
     assert drawing.begun.empty()
+
+
+def test_as_many_pictures_are_drawn_at_once_as_there_are_threads(
+    rules: Manifest, drawing: Drawing
+) -> None:
+    """The last ones; with none, nothing is drawn ahead."""
+    ahead = Prefetch(rules, drawing, threads=2)
+    ahead.order([FLAT, BETWEEN, LAST])
+    assert {drawing.begun.get(timeout=SECONDS) for _ in range(2)} == {BETWEEN, LAST}
+    assert ahead.result(FLAT) is None
+    drawing.may_end.set()
+    assert [ahead.result(name) for name in (BETWEEN, LAST)] == [DONE, DONE]
+    ahead.close()
+    alone = Prefetch(rules, drawing, threads=0)
+    alone.order([FLAT, LAST])
+    assert [alone.result(name) for name in (FLAT, LAST)] == [None, None]
+    alone.close()
+    assert drawing.begun.empty()
