@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
-from pathlib import Path
 
 from grader.execution.records import Cause
 from grader.sandbox.budget import ASLEEP, SECONDS, Budget
@@ -33,12 +32,18 @@ class Seconds:
     def of(cls, pid: int) -> Seconds:
         """Return those of a process; zeros, not known, where the system does not tell."""
         try:
-            text = Path(f"/proc/{pid}/schedstat").read_text(encoding="ascii") if pid else ""
-            running, queueing = map(int, text.split()[:2])
-            state = Path(f"/proc/{pid}/stat").read_bytes().rpartition(b")")[2].split()[0]
+            counted = _content(f"/proc/{pid}/schedstat") if pid else b""
+            running, queueing = map(int, counted.split()[:2])
+            state = _content(f"/proc/{pid}/stat").rpartition(b")")[2].split()[0]
         except (OSError, ValueError, IndexError):
             return cls(known=False)
         return cls(running / 1e9, queueing / 1e9, state in (b"S", b"T", b"t"))
+
+
+def _content(path: str) -> bytes:
+    """Read a file of /proc, in a fifth of pathlib's time: twice for each answer."""
+    with open(path, "rb", buffering=0) as file:
+        return file.read()
 
 
 class Patience:
