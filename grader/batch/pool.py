@@ -16,9 +16,10 @@ from dataclasses import dataclass, field
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
 
-from grader.batch.records import GradedFiles, Task
+from grader.batch.records import BatchError, GradedFiles, Task
 from grader.course.exercises import ROOT
 from grader.course.texts import Texts
+from grader.execution.session_report import printable
 from grader.sandbox.budget import SECONDS, WALL, Budget
 from grader.sandbox.scratch import own_folder
 from grader.sandbox.surroundings import cleaned
@@ -39,6 +40,8 @@ class _Worker:
     process: subprocess.Popen[bytes]
     connection: Connection
     temporary: Path
+    errors: Path  # what it writes on stderr
+    started: bool = False
     task: Task | None = None
     turn: int = 0
     patience: Budget = field(default_factory=Budget.endless)
@@ -50,6 +53,26 @@ class _Worker:
         self.process.wait(END_SECONDS)
         shutil.rmtree(self.temporary, ignore_errors=True)
 
+    def failed_to_start(self) -> bool:
+        """Say whether it has ended by itself before it could be asked for anything."""
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            return not self.started and self.process.wait(END_SECONDS) > 0
+        return False
+
+
+@dataclass
+class _Starts:
+    """Whether workers start at all."""
+
+    succeeded: bool = False
+    failed: int = 0
+
+    def look_at(self, worker: _Worker) -> None:
+        """Count a worker that has ended. Raises BatchError when none has ever started."""
+        self.failed += worker.failed_to_start()
+        if self.failed >= TRIES and not self.succeeded:
+            raise BatchError("batch.no_worker", reason=_last_line(worker.errors))
+
 
 def run(tasks: Iterable[Task], jobs: int, folder: Path) -> Iterator[GradedFiles]:
     """Grade; yield each bundle when it is known. What fails for the machine is tried once more.
@@ -57,11 +80,12 @@ def run(tasks: Iterable[Task], jobs: int, folder: Path) -> Iterator[GradedFiles]
     What gives no answer in time is not: it would take as long again.
 
     `folder` is for what the workers make, and is there. They are ended with the iterator. Raises
-    OSError.
+    OSError, and BatchError when none of them starts, with the reason.
     """
     waiting = ((task, 1) for task in tasks)
     again: deque[tuple[Task, int]] = deque()
     workers: list[_Worker] = []
+    starts = _Starts()
     with contextlib.ExitStack() as stack:
         stack.callback(_end_all, workers)
         while True:
@@ -75,8 +99,11 @@ def run(tasks: Iterable[Task], jobs: int, folder: Path) -> Iterator[GradedFiles]
                     continue
                 task, turn = worker.task, worker.turn
                 assert task is not None
-                bundle = _heard(worker, task)
+                if (bundle := _heard(worker, task)) is None:
+                    starts.succeeded = True
+                    continue
                 if worker.task is not None:  # it is dead, or as good as dead
+                    starts.look_at(worker)
                     worker.end()
                     workers.remove(worker)
                 if bundle.failure and turn < TRIES and not late:
@@ -112,12 +139,16 @@ def _hire(
             worker.connection.send(worker.task)
 
 
-def _heard(worker: _Worker, task: Task) -> GradedFiles:
-    """Return what a worker says; its task stays when it cannot say anything any more."""
+def _heard(worker: _Worker, task: Task) -> GradedFiles | None:
+    """Return what a worker says, None that it has started.
+
+    Its task stays when it cannot say anything any more.
+    """
     try:
         if worker.connection.poll():
-            bundle: GradedFiles = worker.connection.recv()
-            worker.task = None
+            bundle: GradedFiles | None = worker.connection.recv()
+            worker.started = True
+            worker.task = task if bundle is None else None
             return bundle
     except (EOFError, OSError):
         return GradedFiles(task.name, failure=_texts(task).say("batch.worker_gone"))
@@ -134,8 +165,8 @@ def _start(folder: Path) -> _Worker:
     ours, theirs = socket.socketpair()
     place = folder / f"builds-{os.getpid()}-{ours.fileno()}-{time.monotonic_ns()}"
     place.mkdir()
-    temporary = _temporary(place)
-    with theirs:
+    temporary, errors = _temporary(place), place.with_name(f"{place.name}-stderr")
+    with theirs, errors.open("wb") as stderr:
         process = subprocess.Popen(
             [sys.executable, "-m", "grader.batch.pool_worker", str(theirs.fileno()), str(place)],
             cwd=ROOT,
@@ -149,10 +180,18 @@ def _start(folder: Path) -> _Worker:
             },
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
+            stderr=stderr,
             pass_fds=[theirs.fileno()],
             start_new_session=True,  # Ctrl-C is for the one that was asked
         )
-    return _Worker(process, Connection(ours.detach()), temporary)
+    return _Worker(process, Connection(ours.detach()), temporary, errors)
+
+
+def _last_line(errors: Path) -> str:
+    """Return the last line that a worker has written: of a traceback, what it ends with."""
+    with contextlib.suppress(OSError, IndexError):
+        return printable(errors.read_text(errors="replace")).strip().splitlines()[-1]
+    return "?"
 
 
 def _temporary(place: Path) -> Path:

@@ -1,8 +1,9 @@
 """A process that grades submissions, one after the other.
 
-Run as `python -m grader.batch.pool_worker FD DIR`. Tasks come and bundles go by the
-connection of that descriptor. It ends with the process that started it, and leaves no process of a
-submission behind, nor, where no sandbox keeps it from that, what is certainly its own.
+Run as `python -m grader.batch.pool_worker FD DIR`. Tasks come and bundles go by the connection of
+that descriptor; before them goes None, once it has started. It ends with the process that started
+it, and leaves no process of a submission behind, nor, where no sandbox keeps it from that, what is
+certainly its own.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ def main() -> int:
     """Grade until there is nothing more; return the exit code."""
     connection: Connection = Connection(int(sys.argv[1]))
     place = BuildFolder(Path(sys.argv[2]))
+    connection.send(None)  # it has started
     threading.Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()
     orphans.guard()
     while True:

@@ -54,15 +54,47 @@ def test_a_worker_that_is_killed_is_replaced(
     assert not any(Path(f"/proc/{pid}").exists() for pid in started)
 
 
+def a_program(folder: Path, text: str) -> str:
+    """Return a program to run in the place of Python."""
+    path = folder / "python"
+    path.write_text(f"#!/bin/sh\n{text}\n", encoding="utf-8")
+    path.chmod(0o755)
+    return str(path)
+
+
 def test_what_kills_every_worker_is_a_failure(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """After two tries it is told, and the others go on."""
-    monkeypatch.setattr(sys, "executable", "/bin/false")
+    monkeypatch.setattr(sys, "executable", a_program(tmp_path, "kill -9 $$"))
     done = list(pool.run(tasks(2), 2, tmp_path))
     assert {each.name: each.failure for each in done} == dict.fromkeys(
         ("S0", "S1"), "le processus qui évaluait ce rendu a disparu"
     )
+
+
+def test_workers_that_cannot_start_end_the_batch_at_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A package is missing, say: the reason is told once, whatever the number of submissions."""
+    started = tmp_path / "started"
+    script = f"echo >> '{started}'\necho Traceback >&2\necho 'No module named x' >&2\nexit 1"
+    monkeypatch.setattr(sys, "executable", a_program(tmp_path, script))
+    with pytest.raises(BatchError) as raised:
+        list(pool.run(tasks(50), 1, tmp_path))
+    assert (raised.value.code, raised.value.values["reason"]) == (3, "No module named x")
+    assert len(started.read_text(encoding="ascii").splitlines()) == pool.TRIES
+
+
+def test_a_worker_that_does_not_start_among_others_is_replaced(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The machine is short of something for a moment: its submission is graded by another."""
+    first = tmp_path / "first"
+    script = f"[ -e '{first}' ] && exec '{sys.executable}' \"$@\"\ntouch '{first}'\nexit 1"
+    monkeypatch.setattr(sys, "executable", a_program(tmp_path, script))
+    done = list(pool.run(tasks(1), 1, tmp_path))
+    assert [(each.name, each.failure) for each in done] == [("S0", "")]
 
 
 def test_what_gives_no_answer_is_not_tried_again(
