@@ -1,7 +1,8 @@
-"""The notebook's three waits: from saving a C file to its picture, a slider's frame, a crash.
+"""The notebook's waits: from saving a C file to its picture, a slider's frame, a crash, live().
 
 The frame is the kernel's part of what a slider waits for, drawing and the page's HTML; slider.py
-measures the whole in a browser.
+measures the whole in a browser. Those of live() begin when the save is seen, a twentieth of a
+second after it on the mean.
 """
 
 from __future__ import annotations
@@ -18,11 +19,18 @@ from grader.course.exercises import CORE, ROOT
 from grader.lab import Core, Stopped
 from grader.lab.display.picture import image
 from grader.lab.display.store import write_json
+from grader.lab.live.follower import Follower, View
 
 ROUNDS = 5
 SIZE = (640, 360)
 # What is waited for, and how long at most, in seconds.
-GOALS = {"save to picture": 1.0, "slider frame": 0.1, "crash to sentence": 0.3}
+GOALS = {
+    "save to picture": 1.0,
+    "slider frame": 0.1,
+    "crash to sentence": 0.3,
+    "live, coarse": 0.3,
+    "live, whole": 0.6,
+}
 _SPOT = "float n_l = vector_dot(n, l);"
 
 
@@ -47,6 +55,7 @@ def measure(folder: Path) -> dict[str, float]:
     _crash(core)
     found["crash to sentence"] = _median(lambda k: _crash(core))
     core.close()
+    found |= _live(place / "core_c", source, text)
     write_json(folder / "lab.json", {**found, "goals": GOALS})
     return found
 
@@ -64,6 +73,30 @@ def text(found: dict[str, float]) -> str:
 def _save_and_draw(core: Core, source: Path, content: str) -> None:
     source.write_text(content, encoding="utf-8")
     image(core.render(scene=0))
+
+
+def _live(folder: Path, source: Path, content: str) -> dict[str, float]:
+    """Return the median seconds from a save to live()'s two pictures."""
+    source.write_text(content, encoding="utf-8")
+    follower = Follower(folder, 0, SIZE, {})
+    follower.look(lambda view: None)
+    waits: dict[bool, list[float]] = {True: [], False: []}
+    for k in range(ROUNDS):
+        source.write_text(f"{content}\n/* live {k} */\n", encoding="utf-8")
+        start, before = time.perf_counter(), follower.view.picture
+        drawn = [each for each in _shown(follower) if each[1].picture is not before]
+        for is_coarse, seconds in waits.items():
+            seconds.append(next(t for t, view in drawn if view.coarse == is_coarse) - start)
+    follower.close()
+    coarse, whole = (statistics.median(waits[is_coarse]) for is_coarse in (True, False))
+    return {"live, coarse": coarse, "live, whole": whole}
+
+
+def _shown(follower: Follower) -> list[tuple[float, View]]:
+    """Return what is shown after a save, and when."""
+    seen: list[tuple[float, View]] = []
+    follower.look(lambda view: seen.append((time.perf_counter(), view)))
+    return seen
 
 
 def _crash(core: Core) -> None:
