@@ -53,7 +53,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         texts = Texts(usage.language(words))
         if words and words[0] in OTHERS:
             return _other(words, texts)
-        options = _parser(texts).parse_args(words)
+        options = parser(texts).parse_args(words)
         return run(lambda: _grade(options, texts), texts)
     except ManifestError as error:
         return complain(str(error), error.code)
@@ -114,10 +114,11 @@ def _verify_answers(folder: Path) -> None:
         raise UsageError("usage.bad_expected", path=error.path) from error
 
 
-def _parser(texts: Texts) -> Parser:
-    parser = Parser(texts=texts, prog="python -m grader")
+def parser(texts: Texts) -> Parser:
+    """Return what reads the command line of a grade."""
+    whole = Parser(texts=texts, prog="python -m grader")
     names = texts.say("usage.command")
-    commands = parser.add_subparsers(dest="command", required=True, metavar=names)
+    commands = whole.add_subparsers(dest="command", required=True, metavar=names)
     description = texts.say("usage.description")
     grade = commands.add_parser("grade", texts=texts, help=description, description=description)
     for name, (_, key) in OTHERS.items():
@@ -137,4 +138,6 @@ def _parser(texts: Texts) -> Parser:
     add("--expected", key="usage.expected", type=Path, default=exercises.EXPECTED, metavar="DIR")
     add("--jobs", key="usage.jobs", type=usage.jobs, metavar="N")
     add("--build", key="usage.build", type=Path, default=exercises.ROOT / "build", metavar="DIR")
-    return parser
+    add("--brief", key="usage.brief", action="store_true")
+    add("--sketch", key="usage.sketch", action="store_true")
+    return whole

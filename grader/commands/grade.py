@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from grader.build.compiler_run import BuildError
+from grader.commands import sketch
 from grader.course.exercises import EXPECTED, Manifest
 from grader.course.texts import Texts
 from grader.evaluation.pipeline import report_of, run_checks
@@ -21,7 +22,7 @@ from grader.evaluation.records import Report
 from grader.execution.libraries import Libraries
 from grader.files import write_whole
 from grader.intake import originals
-from grader.report import at_lines, history, junit, page, results, terminal
+from grader.report import at_lines, brief, history, junit, page, results, terminal
 from grader.sandbox.levels import Isolation
 
 
@@ -41,13 +42,25 @@ def grade(
     partial = options.tp is not None or bool(options.keyword)
     judged = report_of(libraries, rules, findings, texts, options.hint, partial)
     content = results.as_json(replace(judged, isolation=isolation.level.value), texts)
+    if options.brief:
+        terminal.put(brief.lines(content, texts))
+    else:
+        _tell(content, judged, options, texts)
+    if options.sketch:
+        sketch.show(libraries)
+    return content
+
+
+def _tell(
+    content: dict[str, Any], judged: Report, options: argparse.Namespace, texts: Texts
+) -> None:
+    """Write the results, and show them."""
     folder = options.build / "grade" / ("partial" if content["partial"] else "")
     terminal.show(content, _write(folder, content, judged), texts)
-    if originals.has_solution() and options.expected == EXPECTED and not partial:
+    if originals.has_solution() and options.expected == EXPECTED and not content["partial"]:
         sys.stdout.write(f"{texts.say('batch.on_public')}\n")
     if options.annotate:
         terminal.list_lines(at_lines.lines(content, options.annotate))
-    return content
 
 
 def _write(folder: Path, content: dict[str, Any], judged: Report) -> Path:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from grader.course import exercises
+from grader.course.exercises import Exercise
 from grader.setup import c_text
 
 _BRACE = re.compile(r"[{}]")
@@ -30,6 +31,19 @@ def find(function: str, files: Mapping[str, str]) -> Definition | None:
             line = files[name].count("\n", 0, span[0]) + 1
             return Definition(name, line, files[name][span[0] : span[1]])
     return None
+
+
+def changed(before: Mapping[str, str], now: Mapping[str, str]) -> list[Exercise]:
+    """Return the exercises with a function that is no more what it was in C files by name.
+
+    What comments and the space around words become does not count.
+    """
+    return [each for each in exercises.load().exercises if _code(each, before) != _code(each, now)]
+
+
+def _code(exercise: Exercise, files: Mapping[str, str]) -> list[list[str]]:
+    found = [find(each, files) for each in exercise.functions]
+    return [c_text.without_comments(each.text).split() if each else [] for each in found]
 
 
 def _order(function: str, files: Mapping[str, str]) -> Iterator[str]:

@@ -17,6 +17,7 @@ from rich.text import Text
 
 from grader.course.texts import Texts
 from grader.report.results import Row
+from grader.report.summary import Line
 from grader.report.text import View
 from grader.setup.folding import folded
 
@@ -26,12 +27,22 @@ def show(content: Row, path: Path, texts: Texts, out: TextIO | None = None) -> N
     out = out or sys.stdout
     console = Console(file=out, highlight=False, soft_wrap=True)
     width = console.width if console.is_terminal else 0
-    for line, style in View(content, path, texts, width).lines():
+    _print(View(content, path, texts, width).lines(), console)
+
+
+def put(lines: Iterable[Line], out: TextIO | None = None) -> None:
+    """Print lines with their styles."""
+    _print(lines, Console(file=out or sys.stdout, highlight=False, soft_wrap=True))
+
+
+def _print(lines: Iterable[Line], console: Console) -> None:
+    width = console.width if console.is_terminal else 0
+    for line, style in lines:
         for text in folded(_printable(line), width):
             if console.is_terminal:
                 console.print(Text(text, style=style))
             else:
-                out.write(f"{text}\n")
+                console.file.write(f"{text}\n")
 
 
 def list_lines(lines: Iterable[str], out: TextIO | None = None) -> None:

@@ -18,7 +18,7 @@ MAX_WAITING = 3
 MAX_PRINTED, MAX_PRINTED_WIDTH = 5, 100  # lines and columns of what a function printed
 BAR_CELLS, SHORT_BAR_CELLS = 10, 5
 MAX_CUT = 8  # letters of a title, before the functions give way
-_STYLES = {
+STYLES = {
     "passed": "green",
     "failed": "yellow",
     "crashed": "red",
@@ -26,7 +26,7 @@ _STYLES = {
     "error": "magenta",
 }  # what is to do, or waits, has none
 STRONG = "strong"  # the isolation of which nothing need be said
-_TO_EXPLAIN = ("failed", "crashed", "timeout", "error")
+TO_EXPLAIN = ("failed", "crashed", "timeout", "error")
 
 
 @dataclass(frozen=True)
@@ -122,7 +122,7 @@ class View:
         for tp in tps:
             rows = self._rows(tp)
             is_later = current is not None and tp > current
-            if is_later and not any(self.summary.state(each) in _STYLES for each in rows):
+            if is_later and not any(self.summary.state(each) in STYLES for each in rows):
                 folded.append((tp, rows))
             else:
                 yield from self._full_tp(tp, rows)
@@ -156,7 +156,7 @@ class View:
         columns = [_padded(column) for column in columns]
         columns, ends = self._fitted(columns, rows)
         for state, end, *words in zip(states, ends, *columns, strict=True):
-            yield f"  {'  '.join(words)}  {end}", _STYLES.get(state, "")
+            yield f"  {'  '.join(words)}  {end}", STYLES.get(state, "")
 
     def _fitted(
         self, columns: list[list[str]], rows: list[Row]
@@ -190,7 +190,7 @@ class View:
         wrong: dict[str, list[Row]] = {}
         for each in self.content["checks"]:
             # The compiler has said all there is to say about a file that it refuses.
-            if each["outcome"] in _TO_EXPLAIN and files[each["exercise"]] not in rejected:
+            if each["outcome"] in TO_EXPLAIN and files[each["exercise"]] not in rejected:
                 wrong.setdefault(each["exercise"], []).append(each)
         for checks in list(wrong.values())[:MAX_EXPLAINED]:
             yield from self._exercise(checks)
@@ -229,7 +229,7 @@ class View:
             told |= {each["outcome"]} & {"crashed", "timeout", "error"}
             yield "", ""
             title = f"{each['exercise']} {each['function']} - {each['title']}"
-            yield title, _STYLES.get(each["outcome"], "")
+            yield title, STYLES.get(each["outcome"], "")
             for key in ("message", "hint"):
                 yield from ((f"  {line}", "") for line in each[key].splitlines())
             printed = each["output"].splitlines()[:MAX_PRINTED]

@@ -11,14 +11,13 @@ import contextlib
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from grader.checking.shapes import Size
-from grader.course import exercises
-from grader.course.exercises import Exercise
 from grader.evaluation.records import Outcome
 from grader.files import Marks, marks
 from grader.intake import definitions
@@ -141,20 +140,13 @@ class Follower:
         files = self.core.engine.files
         texts = {name: content.decode(errors="replace") for name, content in files.items()}
         before, verdicts = self._texts or texts, list[Shown]()
-        for each in exercises.load().exercises:
-            if not each.checks or _text(each, before) == _text(each, texts):
-                continue
+        for each in filter(attrgetter("checks"), definitions.changed(before, texts)):
             if marks(self.folder) != self._marks:
                 return  # of the past already: the next look will judge it
             with contextlib.suppress(Stopped):  # the machine's own fault, which check() tells
                 verdicts.append(_verdict(self._judge.judge(each)))
             self._tell(verdicts=stack(verdicts))
         self._texts = texts
-
-
-def _text(exercise: Exercise, texts: Mapping[str, str]) -> list[str]:
-    found = [definitions.find(each, texts) for each in exercise.functions]
-    return [each.text if each else "" for each in found]
 
 
 def _verdict(judged: Judged) -> Shown:

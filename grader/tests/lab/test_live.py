@@ -43,7 +43,7 @@ def picture(view: View) -> np.ndarray[tuple[int, ...], np.dtype[np.float32]]:
 def test_the_coarse_picture_is_part_of_the_whole(follower: Follower, edit: Edit) -> None:
     """It holds the pixels in the middle of the blocks; nothing is drawn while nothing is saved."""
     assert after(follower) == []
-    edit("raytracer.c", DOT, DOT + " ")
+    edit("raytracer.c", DOT, "float n_l = 1.f * vector_dot(n, l);")
     _, coarse, *_, last = after(follower)
     assert picture(coarse).shape == (SIZE[1] // STEP, SIZE[0] // STEP, 3)
     middle = slice(STEP // 2, None, STEP)
