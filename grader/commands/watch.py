@@ -36,7 +36,7 @@ from grader.setup.folding import put
 
 # How editors tell when a round begins and ends: .vscode/tasks.json.
 BEGINS, ENDS = "== ", "-- "
-SECONDS, WRITING_SECONDS = 0.1, 0.05  # between two looks; that an editor takes for one file
+SECONDS, WRITING_SECONDS = 0.05, 0.02  # between two looks; that an editor takes for one file
 
 Sources = Mapping[str, str]  # text of the C files by name
 Grade = Callable[[Sequence[str]], int]

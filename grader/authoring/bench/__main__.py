@@ -10,7 +10,16 @@ import os
 import sys
 from pathlib import Path
 
-from grader.authoring.bench import grading, inspector, lab, measure, pictures, report, slider
+from grader.authoring.bench import (
+    grading,
+    inspector,
+    lab,
+    measure,
+    pictures,
+    report,
+    slider,
+    watching,
+)
 from grader.authoring.bench.programs import BenchError
 from grader.build.toolchain import ToolchainError
 
@@ -26,6 +35,7 @@ def main() -> int:
         folder.mkdir(parents=True, exist_ok=True)
         # Wall time, which a nice process would lose to its neighbours.
         graded = grading.measure(folder)
+        print(watching.text(watching.measure(folder)))
         print(lab.text(lab.measure(folder)))
         print(slider.text(slider.measure(folder)))
         print(inspector.text(inspector.measure(folder)))

@@ -12,12 +12,22 @@ from typing import Any, TextIO
 
 import pytest
 
-from grader.authoring.bench import inside, inspector, measure, programs, report, scenes, slider
+from grader.authoring.bench import (
+    inside,
+    inspector,
+    measure,
+    programs,
+    report,
+    scenes,
+    slider,
+    watching,
+)
 from grader.authoring.bench.grading import RUNS, Grading, TimedGrade
 from grader.authoring.bench.measure import Counts, Measured
 from grader.authoring.bench.programs import BenchError, Cost
 from grader.course import exercises
 from grader.evaluation import selection
+from grader.intake import definitions
 from grader.worker import session
 
 LISTED = """\
@@ -272,3 +282,14 @@ def test_what_is_timed_is_what_can_be_asked() -> None:
     for settings, _ in RUNS.values():
         if words := settings.get("K"):
             assert selection.choose(rules, None, words)
+
+
+def test_what_is_saved_for_make_watch_changes_one_function() -> None:
+    """The one whose verdict is waited for, each time in another way."""
+    source = (exercises.ROOT / "reference" / watching.FILE).read_text(encoding="utf-8")
+    first, second = (watching.edited(source, number) for number in (1, 2))
+    changed = definitions.changed({watching.FILE: first}, {watching.FILE: second})
+    assert [each.id for each in changed] == [watching.EXERCISE]
+    assert exercises.load().exercise(watching.EXERCISE).tp == watching.TP
+    with pytest.raises(BenchError):
+        watching.edited("int a;", 1)
