@@ -32,6 +32,7 @@ def expect_origin(trial: Answers, where: Array) -> None:
         start = np.where(got["tmin"] <= MOST, got["tmin"], 0)
         off = (np.maximum(length, start) >= LEAST) & (length <= MOST)
     wrong = ~(along & off) & where
+    trial.observations.note(f"{trial.name} out.orig", got["orig"], wrong, trial.batch.tolerance)
     trial.complain(wrong, "failure.origin", got=got["orig"], position=position, what="out->orig")
 
 

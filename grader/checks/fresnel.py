@@ -152,6 +152,9 @@ def _in_mirror(student: Student, bench: Bench) -> bool:
     room = bench.core.zeros("object", 1)
     room["type"], room["radius"] = bench.core.constants["SPHERE"], ROOM
     room["mat"]["kd"] = 1
+    darker = calls.args["it"].copy()
+    darker["mat"]["kd"] /= 2  # where it is mixed with what is seen, the two must not be alike
+    calls = replace(calls, args={**calls.args, "it": darker})
     inside = replace(calls, globals={**calls.globals, "scene": room})
     result = calls.answers[0].result
     assert result is not None

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from grader.checking.expected_data import Answer, Batch
+from grader.checking.expected_data import Answer, Array, Batch
 from grader.checking.student import CallDied, Student, Wrong
 from grader.checks.common import check_stages, check_stages_of_sky
 
@@ -26,7 +26,8 @@ def check_seen(student: Student, suite: str) -> None:
     """Compare what is seen in mirrors; how strongly is asked of `sky` and of `channels`.
 
     What is seen without any coefficient, or by one that is 1 here, is accepted: it is forgotten, or
-    another one, in every mirror alike.
+    another one, in every mirror alike. So is what is seen besides something of the mirror's own,
+    which is added to all that is seen alike: that is asked of `alone`.
     """
     try:
         check_stages(student, suite)
@@ -36,9 +37,19 @@ def check_seen(student: Student, suite: str) -> None:
                 for trial in student.trials(suite):
                     (stored, *_), k = trial.batch.answers, trial.batch.args["it"]["mat"]["ks"]
                     bare = Answer(stored.result / k, stored.out)
-                    replace(trial, batch=replace(trial.batch, answers=(bare,))).expect("result")
+                    own = Answer(stored.result + _unseen(student, trial.batch), stored.out)
+                    accepted = (bare,) if suite.endswith(".alone") else (bare, own)
+                    replace(trial, batch=replace(trial.batch, answers=accepted)).expect("result")
         except (Wrong, CallDied):
             raise first from None
+
+
+def _unseen(student: Student, batch: Batch) -> Array:
+    """Return what mirrors of the submission's own give where the last bounce sees nothing."""
+    args = {name: each.copy() for name, each in batch.args.items()}
+    args["in"]["depth"] = batch.globals["options"]["max_depth"]
+    with student.bench() as bench:
+        return bench.trial(replace(batch, args=args)).got("result")
 
 
 def check_depth(student: Student, suite: str) -> None:

@@ -8,6 +8,7 @@ the submission's own t, a direction that is not unit by its own answers to the u
 from __future__ import annotations
 
 import contextlib
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -101,11 +102,14 @@ def check_inside(student: Student, suite: str) -> None:
 
 
 def check_caps(student: Student, suite: str) -> None:
-    """Compare hits on a disc."""
-    for trial in student.trials(suite):
+    """Compare hits on a disc, from outside and from inside: one side alone names no mistake."""
+
+    def look(trial: Answers) -> None:
         trial.expect("result")
         expect_placed(trial)
         trial.expect("it.normal")
+
+    _look_at_all(student, suite, look)
 
 
 def check_range(student: Student, suite: str) -> None:
@@ -135,10 +139,15 @@ def check_scaled(student: Student, suite: str) -> None:
 
 def check_nearest(student: Student, suite: str) -> None:
     """Compare the nearest hits in scenes, all of them: one ray alone names no mistake."""
+    _look_at_all(student, suite, lambda each: each.expect("r.tmax", "it.position", "it.mat.kd"))
+
+
+def _look_at_all(student: Student, suite: str, look: Callable[[Answers], None]) -> None:
+    """Look at every batch of a suite, also behind one that is wrong. Raises the first Wrong."""
     first: Wrong | None = None
     for trial in student.trials(suite):
         try:
-            trial.expect("r.tmax", "it.position", "it.mat.kd")
+            look(trial)
         except Wrong as wrong:
             first = first or wrong
     if first:

@@ -90,7 +90,7 @@ def picture_files(picture: ExpectedPicture) -> tuple[dict[str, bytes], Mapping[s
     """Return the files of a picture by name, and what the manifest says of each."""
     accepted = readings(picture)
     if picture.stage == "glass":
-        drawn = [each.draw(picture, texels(), seed) for each in accepted for seed in SEEDS]
+        drawn = [each.draw(picture, texels(), seed) for each in accepted for seed in each.seeds]
         planes = np.clip(np.stack(drawn), 0, 1).transpose(0, 3, 1, 2)
         planes = np.stack([[tile_means(plane) for plane in each] for each in planes])
         drawn = [np.mean(drawn[: len(SEEDS)], axis=0)]

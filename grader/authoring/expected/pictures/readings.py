@@ -19,6 +19,7 @@ from grader.checking.shapes import Image
 from grader.course import exercises
 
 FOLDER = exercises.ROOT / "reference" / "readings"
+SEEDS = range(1, 9)
 COARSE, FINE = 1e-3, 1e-5  # epsilons that students choose; scene units
 
 
@@ -35,6 +36,7 @@ class Reading:
     double: bool = False
     settings: Mapping[str, Any] = field(default_factory=dict)
     compiler: str = ""
+    seeds: Sequence[int] = SEEDS  # of what is drawn by lot; 0: those that its own raytrace gives
 
     def draw(self, picture: ExpectedPicture, texels: Array, seed: int = 0) -> Image:
         """Draw a picture so."""
@@ -55,7 +57,6 @@ _SECONDARY = (
     Reading("fine_epsilon", settings={"epsilon": FINE}),
     Reading("normal_offset", ("offset_normal",), settings={"epsilon": COARSE}),
 )
-SEEDS = range(1, 9)  # of what is drawn by lot
 LOBE = Reading("lobe_n_v", ("lobe_n_v",))
 # Of its square of the pixel, the one where a sample stands.
 CORNERS: Mapping[str, tuple[str, ...]] = {
@@ -100,6 +101,8 @@ def readings(picture: ExpectedPicture) -> Sequence[Reading]:
             found += _LOBE_SAMPLES
     if picture.stage == "glass":
         found.append(Reading("plain_lobe", ("plain_lobe",)))
+        # raytrace is not told to give its rays a seed: all the pixels may draw alike.
+        found.append(Reading("seed_of_ray_init", ("seed_of_ray_init",), seeds=(0,)))
     return found
 
 
