@@ -53,7 +53,7 @@ def _shadows() -> list[Recipe]:
         "near": _close,
         "kinds": _kinds,
         "which": _which,
-        "beyond": partial(_in_between, 1),
+        "beyond": lambda m: [*_in_between(1, m), *_just_before(m)],
         "behind": partial(_in_between, -1),
         "own": _own,
         "at_light": _at_light,
@@ -144,6 +144,15 @@ def _in_between(side: int, m: Maker) -> list[Batch]:
         else:
             light, place = away * np.float32(6), away * np.float32(1.6) + spread
         made.append(_barred(m, ball(m), floats(place), light[None]))
+    return made
+
+
+def _just_before(m: Maker) -> list[Batch]:
+    """Return a small sphere close before a light whose distance is no whole number."""
+    made = []
+    for light in floats([(0, 2.9, 0), (-2.8, 2.4, 1), (0, -1, 4.8)]):
+        small = m.objects("SPHERE", 1, center=light * np.float32(0.92), radius=0.1)
+        made.append(_barred(m, small, floats([(0, 0, 0)]), light[None]))
     return made
 
 
