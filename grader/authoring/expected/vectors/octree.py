@@ -21,6 +21,7 @@ from grader.authoring.expected.vectors.scenes import cloud, standing, towards
 from grader.authoring.expected.vectors.tp4 import YES_OR_NO, asked, ball
 from grader.checking.expected_data import Array, Batch
 
+FEW = range(4, 13)  # spheres of a scene that a leaf may just hold
 TALL = ("CYLINDER", "CONE")
 
 
@@ -49,7 +50,9 @@ def _searches(m: Maker, scenes: list[Array]) -> list[Batch]:
 
 def _hits(m: Maker) -> list[Batch]:
     scenes = [ball(m), cloud(m, 30), _heap(m), _crowd(m)]
-    made = [*_searches(m, scenes), _each(m, scenes[-1])]
+    # A leaf may be just full: as many spheres as it may hold, whatever that is.
+    few = [_each(m, cloud(m, count)) for count in FEW]
+    made = [*_searches(m, scenes), _each(m, scenes[-1]), *few]
     return [only(each, result(m.ask(each))) for each in made]
 
 
