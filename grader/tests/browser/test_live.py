@@ -10,6 +10,8 @@ from grader.tests.browser import jupyter
 from grader.tests.browser.chromium import screenshot
 from grader.tests.browser.jupyter import DOT, BrowserSession
 
+pytestmark = pytest.mark.long
+
 CELLS = ["from grader.lab import live\n\nlive(0, shadows=False)", "live(0)"]
 PHONE = {"width": 420, "height": 800}
 IMAGE = ".mrt-live img"

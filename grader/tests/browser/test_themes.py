@@ -11,6 +11,8 @@ from grader.tests.browser.chromium import screenshot
 from grader.tests.browser.jupyter import DOT, BrowserSession
 from grader.tests.browser.looks import BEYOND, CONTRAST, LINES, TEXT, THEMES, turn
 
+pytestmark = pytest.mark.long  # one JupyterLab, started once, for all
+
 CELLS = [
     "from grader.lab import Core, check, compare, help_card, inspect, progress, source\n"
     'source("shade")',
@@ -49,7 +51,6 @@ def session(tmp_path_factory: pytest.TempPathFactory) -> Iterator[BrowserSession
         yield made
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("theme", THEMES)
 def test_what_cells_show_can_be_read(session: BrowserSession, theme: str) -> None:
     """Texts have a contrast of 4.5 with what is behind them, lines of 3; no error is logged."""
