@@ -53,7 +53,7 @@ def _shadows() -> list[Recipe]:
         "near": _close,
         "kinds": _kinds,
         "which": _which,
-        "beyond": lambda m: [*_in_between(1, m), *_just_before(m)],
+        "beyond": partial(_in_between, 1),
         "behind": partial(_in_between, -1),
         "own": _own,
         "at_light": _at_light,
@@ -71,12 +71,12 @@ def ball(m: Maker) -> Array:
 
 
 def _blocked(m: Maker) -> list[Batch]:
-    """Return points around spheres, far from them, and one light each time."""
+    """Return points around spheres, far from them or from the light, and one light each time."""
     plain = [
         _barred(m, ball(m), floats([(0, -3, 0), (3, 0, 0)]), floats([(0, 3, 0)])),
         _barred(m, ball(m), floats([(0, -3, 0), (3, 0, 0)]), floats([(5, 4, 0)])),
     ]
-    return [*plain, *_drawn(m, cloud(m, 9))]
+    return [*plain, *_drawn(m, cloud(m, 9)), *_just_before(m)]
 
 
 def _drawn(m: Maker, scene: Array) -> list[Batch]:
