@@ -6,6 +6,7 @@ import io
 import os
 import signal
 import sys
+import time
 from argparse import Namespace
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -188,8 +189,8 @@ def test_an_interrupt_waits_for_the_child(
     def stay(_: Sequence[str]) -> int:
         try:
             os.kill(os.getppid(), signal.SIGINT)
-            while True:
-                signal.pause()
+            while True:  # no pause(): the signal may come just before it
+                time.sleep(0.01)
         except KeyboardInterrupt:
             ended.touch()
             return ExitCode.INTERRUPTED

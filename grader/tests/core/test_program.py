@@ -15,6 +15,7 @@ import pytest
 from grader.build.toolchain import find_compiler
 from grader.course.exercises import CORE, ROOT, load
 from grader.tests.core.oracles import Array
+from grader.tests.support.terminals import read_all
 
 WIDTH, HEIGHT = 1280, 720
 SOURCES = ("vector.c", "scene.c", "main.c", "octree.c", "raytracer.c")
@@ -174,9 +175,7 @@ def test_progress_is_shown_at_a_terminal(half: Path) -> None:
         [half], cwd=half.parent, stdout=subprocess.PIPE, stderr=writing, timeout=60, check=True
     )
     os.close(writing)
-    shown = os.read(reading, 1000)
-    os.close(reading)
-    assert shown == b"\r 50 %\r     \r"
+    assert read_all(reading) == b"\r 50 %\r     \r"
     assert done.stdout == b"half.ppm : 64 x 36\n"
     assert set((half.parent / "half.ppm").read_bytes()[len(b"P6\n64 36\n255\n") :]) == {0}
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import fcntl
 import io
-import os
 import pty
 import struct
 import termios
@@ -12,6 +11,7 @@ import termios
 import pytest
 
 from grader.setup.folding import folded, put, width
+from grader.tests.support.terminals import read_all
 
 LONG = "Après intersect_plane(r, it, obj), r->tmax vaut 3 : voyez make grade K=TP2.3 HINT=2 !"
 
@@ -45,10 +45,4 @@ def test_only_a_terminal_folds() -> None:
     with open(writing, "w", encoding="utf-8") as terminal:
         fcntl.ioctl(writing, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 40, 0, 0))
         put(f"{LONG}\nfin", terminal)
-        terminal.flush()
-        said = b""
-        while not said.endswith(b"fin\r\n"):  # a terminal gives what it has, bit by bit
-            said += os.read(reading, 9999)
-        lines = said.decode().splitlines()
-    os.close(reading)
-    assert lines == [*folded(LONG, 40), "fin"]
+    assert read_all(reading).decode().splitlines() == [*folded(LONG, 40), "fin"]
