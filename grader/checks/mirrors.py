@@ -36,10 +36,11 @@ def check_seen(student: Student, suite: str) -> None:
             with student.unnoted():
                 for trial in student.trials(suite):
                     (stored, *_), k = trial.batch.answers, trial.batch.args["it"]["mat"]["ks"]
-                    bare = Answer(stored.result / k, stored.out)
-                    own = Answer(stored.result + _unseen(student, trial.batch), stored.out)
-                    accepted = (bare,) if suite.endswith(".alone") else (bare, own)
-                    replace(trial, batch=replace(trial.batch, answers=accepted)).expect("result")
+                    accepted = [stored.result / k]
+                    if not suite.endswith(".alone"):
+                        accepted.append(stored.result + _unseen(student, trial.batch))
+                    answers = tuple(Answer(each, stored.out) for each in accepted)
+                    replace(trial, batch=replace(trial.batch, answers=answers)).expect("result")
         except (Wrong, CallDied):
             raise first from None
 

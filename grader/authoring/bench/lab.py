@@ -14,6 +14,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from grader.authoring.bench import waits
 from grader.authoring.bench.programs import BenchError
 from grader.course.exercises import CORE, ROOT
 from grader.lab import Core, Stopped
@@ -62,12 +63,7 @@ def measure(folder: Path) -> dict[str, float]:
 
 def text(found: dict[str, float]) -> str:
     """Return a line for each wait."""
-    lines = [
-        f"  {name:<18} {1000 * seconds:6.0f} ms   goal {1000 * GOALS[name]:.0f} ms"
-        f"   {'met' if seconds <= GOALS[name] else 'missed'}"
-        for name, seconds in found.items()
-    ]
-    return "\n".join(["In the notebook (scene 0, 640x360, wall time)", *lines])
+    return waits.text("In the notebook (scene 0, 640x360, wall time)", found, GOALS)
 
 
 def _save_and_draw(core: Core, source: Path, content: str) -> None:
@@ -80,15 +76,15 @@ def _live(folder: Path, source: Path, content: str) -> dict[str, float]:
     source.write_text(content, encoding="utf-8")
     follower = Follower(folder, 0, SIZE, {})
     follower.look(lambda view: None)
-    waits: dict[bool, list[float]] = {True: [], False: []}
+    taken: dict[bool, list[float]] = {True: [], False: []}
     for k in range(ROUNDS):
         source.write_text(f"{content}\n/* live {k} */\n", encoding="utf-8")
         start, before = time.perf_counter(), follower.view.picture
         drawn = [each for each in _shown(follower) if each[1].picture is not before]
-        for is_coarse, seconds in waits.items():
+        for is_coarse, seconds in taken.items():
             seconds.append(next(t for t, view in drawn if view.coarse == is_coarse) - start)
     follower.close()
-    coarse, whole = (statistics.median(waits[is_coarse]) for is_coarse in (True, False))
+    coarse, whole = (statistics.median(taken[is_coarse]) for is_coarse in (True, False))
     return {"live, coarse": coarse, "live, whole": whole}
 
 

@@ -1,13 +1,10 @@
 """`make watch`: from a save to the verdict on the changed function, and to the end of the round.
 
 In a terminal, as a person sees it: the reference's files, of which one function is edited.
-
-    python -m grader.authoring.bench.watching [--build build] [--submission DIR]
 """
 
 from __future__ import annotations
 
-import argparse
 import contextlib
 import os
 import pty
@@ -21,6 +18,7 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
+from grader.authoring.bench import waits
 from grader.authoring.bench.programs import BenchError
 from grader.commands.watch import ENDS
 from grader.course import exercises
@@ -36,27 +34,24 @@ TP, EXERCISE, FUNCTION, FILE = 2, "TP2.4", "intersect_sphere", "raytracer.c"
 GOALS = {"save to the verdict": 0.35, "save to the whole TP": 1.0}
 
 
-def measure(folder: Path, submission: Path | None = None) -> dict[str, float]:
-    """Return the median seconds of each wait; of a copy of a folder, by default the reference.
-
-    Raises BenchError.
-    """
+def measure(folder: Path) -> dict[str, float]:
+    """Return the median seconds of each wait, on a copy of the reference. Raises BenchError."""
     place = folder / "watching"
     shutil.rmtree(place, ignore_errors=True)
     copy = place / "core_c"
     copy.mkdir(parents=True)
     for name in exercises.load().student:
-        shutil.copyfile((submission or ROOT / "reference") / name, copy / name)
+        shutil.copyfile(ROOT / "reference" / name, copy / name)
     text = (copy / FILE).read_text(encoding="utf-8")
-    waits: list[tuple[float, float]] = []
+    taken: list[tuple[float, float]] = []
     with _watching(copy, place / "build") as terminal:
         _wait_for(terminal, f"\n{ENDS}")
         for _ in range(ROUNDS):
             write_whole(copy / FILE, edited(text, time.time_ns()))
             start = time.perf_counter()
             verdict, rest = _wait_for(terminal, EXERCISE)
-            waits.append((verdict - start, _wait_for(terminal, f"\n{ENDS}", rest)[0] - start))
-    found = dict(zip(GOALS, map(statistics.median, zip(*waits, strict=True)), strict=True))
+            taken.append((verdict - start, _wait_for(terminal, f"\n{ENDS}", rest)[0] - start))
+    found = dict(zip(GOALS, map(statistics.median, zip(*taken, strict=True)), strict=True))
     write_json(folder / "watching.json", {**found, "goals": GOALS})
     return found
 
@@ -111,28 +106,6 @@ def _wait_for(terminal: int, word: str, seen: str = "") -> tuple[float, str]:
 
 def text(found: dict[str, float]) -> str:
     """Return a line for each wait."""
-    lines = [
-        f"  {name:<20} {seconds:5.2f} s   goal {GOALS[name]:.2f} s"
-        f"   {'met' if seconds <= GOALS[name] else 'missed'}"
-        for name, seconds in found.items()
-    ]
-    title = f"make watch TP={TP}, {FUNCTION} edited (in a terminal, wall time)"
-    return "\n".join([title, *lines])
-
-
-def main() -> int:
-    """Run the command line; return 0, or 1 after one line on stderr."""
-    parser = argparse.ArgumentParser(prog="python -m grader.authoring.bench.watching")
-    parser.add_argument("--build", type=Path, default=Path("build"), metavar="DIR")
-    parser.add_argument("--submission", type=Path, metavar="DIR")
-    options = parser.parse_args()
-    try:
-        print(text(measure(options.build.absolute() / "bench", options.submission)))
-    except (BenchError, OSError) as error:
-        print(error, file=sys.stderr)
-        return 1
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+    return waits.text(
+        f"make watch TP={TP}, {FUNCTION} edited (in a terminal, wall time)", found, GOALS
+    )

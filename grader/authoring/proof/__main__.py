@@ -24,6 +24,7 @@ from grader.authoring.proof.parts import Part
 from grader.course.message import GraderError
 from grader.files import write_whole
 from grader.report.results import write
+from grader.sandbox import cores
 
 # The modules of the parts, each with run(shop, sample) -> Part; the quickest first.
 PARTS = {
@@ -110,7 +111,7 @@ def _tell(part: Part, seconds: float) -> None:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="python -m grader.authoring.proof", description=__doc__)
     parser.add_argument("--build", type=Path, default=Path("build"), metavar="DIR")
-    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="how many at once")
+    parser.add_argument("--jobs", type=int, default=cores.usable(), help="how many at once")
     parser.add_argument("--part", action="append", choices=PARTS, help="this one (may be repeated)")
     parser.add_argument("--sample", type=int, metavar="N", help="only N of each part")
     parser.add_argument("--again", action="store_true", help="forget what is kept")

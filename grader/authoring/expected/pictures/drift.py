@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -21,6 +20,7 @@ from grader.checking.pictures import expected_files
 from grader.checking.pictures.measure import measure, outside
 from grader.checking.pictures.plan import ExpectedPicture, everything
 from grader.course import scenes
+from grader.sandbox import cores
 
 MOVED = 0.002  # share of pixels whose object may differ: rounding at edges
 LIGHT = 1e-3  # by which what a light adds may differ, colours from 0 to 1
@@ -50,7 +50,7 @@ def check(folder: Path) -> int:
     drifted = [f"{name}: missing, or not in the manifest" for name in sorted(files ^ there)]
     other = changed(lineup.fingerprints(), manifest.get("mistakes", {}))
     drifted += [f"what the known mistake {name} draws" for name in other]
-    with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+    with ThreadPoolExecutor(cores.usable()) as pool:
         pairs = [(folder, picture) for picture in everything()]
         drifted += [line for each in pool.map(lambda pair: _picture(*pair), pairs) for line in each]
     drifted += [line for scene in scenes.load() for line in _maps(folder, scene)]

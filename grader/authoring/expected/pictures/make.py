@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import os
 import shutil
 import tempfile
 from collections.abc import Mapping, Sequence
@@ -32,6 +31,7 @@ from grader.checking.pictures.plan import COURSE, STAGES, ExpectedPicture, every
 from grader.checking.shapes import Image, Mask
 from grader.checking.student import PICTURE_SIZE
 from grader.course import scenes
+from grader.sandbox import cores
 
 BAND = 16 / 255  # where samples change a pixel by more, edges are measured
 GLOSS = 0.1  # of the specular light, from which on a pixel is in a highlight
@@ -43,7 +43,7 @@ def make(folder: Path) -> None:
     with tempfile.TemporaryDirectory(dir=folder.parent) as name:
         part = Path(name) / expected_files.FOLDER
         part.mkdir()
-        with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+        with ThreadPoolExecutor(cores.usable()) as pool:
             made = [*pool.map(picture_files, everything()), *pool.map(scene_files, scenes.load())]
             made.append(({"texture.png": png(texels()[::-1])}, {}))
             _write(part, made)

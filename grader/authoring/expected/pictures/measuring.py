@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 import threading
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -24,6 +23,7 @@ from grader.checking.pictures.judgement import judge
 from grader.checking.pictures.measure import Measures, measure, outside
 from grader.checking.pictures.plan import ExpectedPicture
 from grader.checking.shapes import Image
+from grader.sandbox import cores
 
 MEMORY = CACHE.with_name("measures.jsonl")
 # Right without hit_color, which is what looks for glass.
@@ -74,7 +74,7 @@ def measured(
     has limits of its own.
     """
     pairs = [(source, picture) for source in sources for picture in pictures]
-    with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+    with ThreadPoolExecutor(cores.usable()) as pool:
         return [each for each in pool.map(lambda pair: _measured(*pair), pairs) if each]
 
 
