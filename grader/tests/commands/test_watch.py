@@ -187,9 +187,13 @@ def test_an_interrupt_waits_for_the_child(
     ended = tmp_path / "ended"
 
     def stay(_: Sequence[str]) -> int:
+        parent = os.getppid()
+        # A signal that comes just before a wait does not end it: not waitpid, nor pause().
+        while Path(f"/proc/{parent}/stat").read_bytes().rpartition(b")")[2].split()[0] != b"S":
+            time.sleep(0.01)
         try:
-            os.kill(os.getppid(), signal.SIGINT)
-            while True:  # no pause(): the signal may come just before it
+            os.kill(parent, signal.SIGINT)
+            while True:
                 time.sleep(0.01)
         except KeyboardInterrupt:
             ended.touch()
